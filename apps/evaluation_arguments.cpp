@@ -65,7 +65,7 @@ void AddRegress(CLI::App& app, Work& work) {
       ->check(Positive())
       ->needs(write);
   regress.add_option("--rays", settings.rays, "for the baseline: prepare.rays; fewer are faster")
-      ->check(CLI::Range(1, 65536))
+      ->check(CLI::Range(16, 65536))
       ->needs(write);
   regress
       .add_option("--cache",
@@ -130,7 +130,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
           "--patch-size", trials.prepare.patch_size_m, "prepare.patch_size_m, where not swept")
       ->check(Positive());
   tradeoff.add_option("--rays", trials.prepare.rays, "prepare.rays, where not swept")
-      ->check(CLI::Range(1, 65536));
+      ->check(CLI::Range(16, 65536));
   tradeoff
       .add_option("--cache",
                   trials.cache,

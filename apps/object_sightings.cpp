@@ -46,7 +46,7 @@ std::string WhereShown(const Camera& camera, const BoundingBox& box) {
     }
   }
   const char* const reason =
-      radius_px < 1.0 ? "smaller than a pixel" : "hidden by real surfaces of the mesh";
+      radius_px < 1.0 ? "smaller than a pixel" : "probably hidden by real surfaces";
   return fmt::format("at {}, {}", pixel, reason);
 }
 
@@ -65,7 +65,8 @@ std::optional<std::string> ObjectSightings::Note(const std::vector<VirtualObject
   const BoundingBox box = BoxAround(objects);
   const glm::vec3 middle_m = 0.5f * (box.lower_m + box.upper_m);
   return fmt::format(
-      "no frame shows a virtual object: at first they are around ({:.2f}, {:.2f}, {:.2f}) m, {} m "
+      "no frame shows any virtual object: at first they are around ({:.2f}, {:.2f}, {:.2f}) m, {} "
+      "m "
       "high: {}; see `pleinair site place`",
       middle_m.x,
       middle_m.y,

@@ -1,4 +1,4 @@
-// Tells where virtual objects are that no frame of a run shows.
+// Where virtual objects are that no frame of a run shows.
 #pragma once
 
 #include <optional>

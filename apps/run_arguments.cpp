@@ -16,9 +16,9 @@
 #include "apps/help_text.h"
 #include "apps/picture_times_arguments.h"
 #include "apps/pose_arguments.h"
-#include "session/quality.h"
 #include "apps/run_command.h"
 #include "apps/settings_arguments.h"
+#include "session/quality.h"
 
 namespace pleinair {
 namespace {

@@ -212,7 +212,7 @@ void LightingFitter::Impl::Describe(const LightingPrior& prior,
   DescribeWeathers(samples.normal + prior_information, fit);
 }
 
-// The samples' word on the sums that weathers speak of, once for all weathers.
+// The samples' covariance of sun and sky, the same for all weathers.
 void LightingFitter::Impl::DescribeWeathers(const LightMatrix& normal, LightingFit& fit) const {
   const int bases = problem.basis_count;
   const int unknowns = problem.UnknownCount();
@@ -241,7 +241,7 @@ void LightingFitter::Impl::DescribeWeathers(const LightMatrix& normal, LightingF
 // it is that of the mixture.
 void Blend(const LightingFit& other, double share, LightingFit& fit) {
   const double kept = 1.0 - share;
-  const double weight = Square(share) / (Square(share) + Square(kept));
+  const double weight = share * Square(share) / (share * Square(share) + kept * Square(kept));
   const LightVector apart = other.irradiance_rgb - fit.irradiance_rgb;
   const double about = kept * Square(weight) + share * Square(1.0 - weight);
   fit.irradiance_rgb += weight * apart;

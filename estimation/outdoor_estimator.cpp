@@ -64,6 +64,27 @@ LightGaussian BetterOf(const LightGaussian& known,
   return better;
 }
 
+// The error of a gain in each channel, as the fit's prior has it.
+void AddChannelGainError(double relative_stddev, LightGaussian& light) {
+  for (int c = 0; c < 3; ++c) {
+    for (const int a : {c, 3 + c}) {
+      for (const int b : {c, 3 + c}) {
+        light.covariance(a, b) += relative_stddev * relative_stddev * light.mean[a] * light.mean[b];
+      }
+    }
+  }
+}
+
+// A picture that lies far from what was known shows other light. What was known is then known less
+// well: such a step becomes one of kLikely standard deviations.
+void AddSurprise(const SunAndSky& both, LightGaussian& known) {
+  constexpr double kLikely = 3.0;
+  const LightVector step = both - known.mean;
+  const double square =
+      step.dot(estimation_internal::SolvePositive(LightMatrix(known.covariance), step));
+  if (square > kLikely * kLikely) known.covariance *= square / (kLikely * kLikely);
+}
+
 double SkyOf(const LightVector& irradiance_rgb, int channel) {
   double sum = 0.0;
   for (Eigen::Index u = 3 + channel; u < irradiance_rgb.size(); u += 3) sum += irradiance_rgb[u];
@@ -294,6 +315,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
     if (conditions.weather) Believe(*conditions.weather, expectation.belief);
     expectation.prior = MakeLightingPrior(expectation.belief, climate, sky_shapes);
     expectation.prior.gain_is_free = !is_tied && !is_followed;
+    expectation.exposure_changed = !is_tied && change.kind == ExposureChange::Kind::kExposure;
     expectation.prior.channel_gain_stddev = is_tied       ? kSurveyedGainStddev
                                             : is_followed ? kFollowedGainStddev
                                                           : kUnknownGainStddev;
@@ -311,8 +333,8 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
   return expectation;
 }
 
-// Pictures of one light share their errors: how much of a word of its own one has grows with the
-// time since the last.
+// Pictures of one light share their errors: how much new evidence a picture has grows with the time
+// since the last.
 void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
                                      const LightingFit& fit,
                                      UtcTime time) {
@@ -340,6 +362,8 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
   const LightingPrior& prior = expectation.prior;
   double gain = 0.0;
   for (const WeatherFit& weather : fit.weathers) gain += weather.share * weather.gain;
+  // Units of white balance and exposure that the last picture did not have.
+  const bool has_new_units = prior.gain_is_free || expectation.exposure_changed;
   WeatherBelief belief = expectation.belief;
   std::size_t w = 0;
   for (WeatherLight& state : belief.states) {
@@ -349,8 +373,10 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
     state.log_evidence = found.log_evidence;
     ScaleBy(prior.gain_is_free ? found.gain : 1.0, state.light);
     if (prior.gain_is_free) AddGainError(1.0, state.light);
+    if (has_new_units) AddChannelGainError(prior.channel_gain_stddev, state.light);
     const bool is_fitted = !found.light.isZero();
     const SunAndSky both = is_fitted ? SunAndSky(found.light) : state.light.mean;
+    if (found.share > 0.5) AddSurprise(both, state.light);
     state.light = BetterOf(state.light, fit.data_covariance, both);
   }
   belief.repeats = 1.0;

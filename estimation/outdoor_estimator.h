@@ -62,7 +62,8 @@ class OutdoorEstimator {
   struct Expectation {
     LightingPrior prior;
     WeatherBelief belief;
-    double climate_gain = 1.0;  // Ratio of the units of both.
+    double climate_gain = 1.0;      // Ratio of the units of both.
+    bool exposure_changed = false;  // By a known factor, since the last picture.
   };
   Expectation Expect(const OutdoorConditions& conditions, int sky_shapes);
   void Learn(const Expectation& expectation, const LightingFit& fit);

@@ -2,11 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-
-#include <Eigen/Cholesky>
-#include <glm/common.hpp>
 
 #include "sunmodel/refraction.h"
 
@@ -25,7 +21,7 @@ double MostRise(const glm::dvec3& to_sun) {
   constexpr double kAirMassAt30Deg = 2.0;
   const double elevation_rad = std::asin(std::clamp(to_sun.z, 0.0, 1.0));
   const double beyond = RelativeAirMass(elevation_rad) - kAirMassAt30Deg;
-  return kMostRiseOfSkyOverSun * std::exp(0.1 * std::max(beyond, 0.0));
+  return kMostRiseOfSkyOverSun * std::exp(kMoreRisePerAirMass * std::max(beyond, 0.0));
 }
 
 // Sky over sun of channel `high` is at most `most` times that of `low`.
@@ -76,33 +72,6 @@ void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) 
   }
 }
 
-using SunAndSky = Eigen::Matrix<double, 6, 1>;
-
-SunAndSky SunAndSkyOf(const Lighting& lighting) {
-  const glm::dvec3& sun = lighting.sun.irradiance_rgb;
-  const glm::dvec3 sky = lighting.SkyIrradianceRgb();
-  return {sun.r, sun.g, sun.b, sky.r, sky.g, sky.b};
-}
-
-// The share of the way from `given` to `corrected` that is not farther than kMostStddevs.
-double ShareWithinStddevs(const Lighting& given, const Lighting& corrected) {
-  if (given.covariance.empty()) return 1.0;
-  const auto unknowns = static_cast<Eigen::Index>(3 * (1 + given.sky.size()));
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  const auto sum_of = [](Eigen::Index unknown) { return unknown < 3 ? unknown : 3 + unknown % 3; };
-  for (Eigen::Index u = 0; u < unknowns; ++u) {
-    for (Eigen::Index v = 0; v < unknowns; ++v) {
-      covariance(sum_of(u), sum_of(v)) +=
-          given.covariance[static_cast<std::size_t>(u * unknowns + v)];
-    }
-  }
-  const SunAndSky step = SunAndSkyOf(corrected) - SunAndSkyOf(given);
-  // What is without deviation, as a sun that is not there, may be rounded.
-  covariance.diagonal().array() += 1e-12 * covariance.trace();
-  const double square = step.dot(covariance.ldlt().solve(step));
-  return square > kMostStddevs * kMostStddevs ? kMostStddevs / std::sqrt(square) : 1.0;
-}
-
 }  // namespace
 
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
@@ -129,13 +98,6 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   coloured.sun = lighting.sun;
   coloured.sun.irradiance_rgb = sun;
   coloured.covariance = lighting.covariance;
-  const double share = ShareWithinStddevs(lighting, coloured);
-  coloured.sun.irradiance_rgb =
-      glm::mix(lighting.sun.irradiance_rgb, coloured.sun.irradiance_rgb, share);
-  for (std::size_t k = 0; k < lighting.sky.size(); ++k) {
-    coloured.sky[k].irradiance_rgb =
-        glm::mix(lighting.sky[k].irradiance_rgb, coloured.sky[k].irradiance_rgb, share);
-  }
   return coloured;
 }
 

@@ -73,12 +73,15 @@ const char* Describe(MapSunKind kind) {
 // What a map shows of the sun that contradicts where it is stated or computed.
 struct MapContradiction {
   std::string words;
-  // The map's light is measured there: a disc that is near enough to be the sun, and no lamp.
+  // Where the map's light is measured instead: at a disc that is near enough to be the sun.
   std::optional<glm::dvec3> sun_direction_enu;
 };
 
 // None where the map's own sun agrees with the stated direction, or is not visible.
-std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map, bool stated) {
+// By night and in rooms the disc may be a lamp.
+std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map,
+                                                   bool stated,
+                                                   bool is_indoors) {
   constexpr double kWorthAWarningRad = RadFromDeg(3.0);
   constexpr double kFarthestRad = RadFromDeg(30.0);
   const std::optional<MapSun> shown = FindMapSun(map.radiance);
@@ -94,7 +97,8 @@ std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map, bool st
     return std::nullopt;
   }
   MapContradiction contradiction;
-  if (shown->kind == MapSunKind::kDisc && angle_rad <= kFarthestRad) {
+  const bool may_be_a_lamp = is_indoors || !(map.sun_direction_enu.z > 0.0);
+  if (!may_be_a_lamp && shown->kind == MapSunKind::kDisc && angle_rad <= kFarthestRad) {
     contradiction.sun_direction_enu = shown->direction_enu;
   }
   contradiction.words = fmt::format(
@@ -161,7 +165,9 @@ struct LoadedMap {
   double turned_rad = 0.0;  // Clockwise, relative to its file.
 };
 
-LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& notes) {
+LoadedMap LoadEnvironment(const Sequence& sequence,
+                          bool is_indoors,
+                          std::vector<std::string>& notes) {
   const EnvironmentEntry& entry = *sequence.environment;
   LoadedMap loaded;
   SurveyMap& map = loaded.map;
@@ -200,7 +206,7 @@ LoadedMap LoadEnvironment(const Sequence& sequence, std::vector<std::string>& no
   }
   if (entry.sun_direction_enu || sequence.site) {
     const bool is_stated = entry.sun_direction_enu.has_value();
-    if (const auto contradiction = ContradictionOfMap(map, is_stated)) {
+    if (const auto contradiction = ContradictionOfMap(map, is_stated, is_indoors)) {
       notes.push_back(entry.image.string() + ": " + contradiction->words);
       map.sun_direction_enu = contradiction->sun_direction_enu.value_or(map.sun_direction_enu);
     }
@@ -401,9 +407,11 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   LoadedMesh scene = LoadMesh(sequence.folder / sequence.scene_mesh);
   NoteLoading(sequence.scene_mesh, scene.report, site.notes);
   site.model.mesh = std::move(scene.mesh);
+  const RayCaster caster(site.model.mesh);
+  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), caster);
   double map_turned_rad = 0.0;
   if (sequence.environment) {
-    LoadedMap loaded = LoadEnvironment(sequence, site.notes);
+    LoadedMap loaded = LoadEnvironment(sequence, site.is_indoors, site.notes);
     map_turned_rad = loaded.turned_rad;
     site.model.environment = std::move(loaded.map);
   } else if (!sequence.albedos_known) {
@@ -429,8 +437,6 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.objects = std::move(objects.parts);
   site.motions = std::move(objects.motions);
   site.notes.insert(site.notes.end(), objects.notes.begin(), objects.notes.end());
-  const RayCaster caster(site.model.mesh);
-  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), caster);
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "

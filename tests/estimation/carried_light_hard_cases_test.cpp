@@ -89,6 +89,8 @@ class Survey {
                  .clear_sky = ClearSkyOf(day)};
   }
 
+  void RecordVideo() { is_video_ = true; }
+
   // From here on the model has parts of the ground in less sky, and parts in more, than the picture
   // shows: the same error in every frame, which looks like light of the sun.
   void MistakeTheSky() {
@@ -108,6 +110,11 @@ class Survey {
     conditions.sky_shape_names = kShapes;
     conditions.surveyed = surveyed_;
     if (is_phone_) conditions.units = LightUnits::kRelativePerFrame;
+    // A phone that stands still keeps its exposure from picture to picture.
+    if (is_phone_ && is_video_ && has_seen_) {
+      conditions.exposure_change.kind = ExposureChange::Kind::kNone;
+    }
+    has_seen_ = true;
     std::vector<DiffuseSample> samples = samples_;
     const Lighting light = estimator_.Estimate(samples, conditions).value().lighting;
     return {light.sun.irradiance_rgb, light.SkyIrradianceRgb()};
@@ -115,6 +122,8 @@ class Survey {
 
  private:
   bool is_phone_;
+  bool is_video_ = false;
+  bool has_seen_ = false;
   std::vector<DiffuseSample> samples_;
   SurveyedLight surveyed_;
   OutdoorEstimator estimator_{LightingFitOptions{}};
@@ -174,15 +183,18 @@ TEST(CarriedLightHardCases, ASunnyPictureSeenAgainKeepsItsSunAndTheColourOfItsSk
 // An error that every frame repeats is no news: it must not add up, frame by frame.
 void ExpectKeepsItsLight(const Day& day, std::chrono::milliseconds step, double may_move) {
   constexpr int kFrames = 300;
-  ForEachSurvey(day, [&](Survey survey, bool) {
+  ForEachSurvey(day, [&](Survey survey, bool is_phone) {
     survey.MistakeTheSky();
+    survey.RecordVideo();
     const Carried first = survey.LightAfter(seconds(0));
     Carried last = first;
     for (int i = 1; i <= kFrames; ++i) last = survey.LightAfter(i * step);
     const bool is_sunny = day.sun.g > 0.0;
     EXPECT_LE(Mean(last.sun),
               is_sunny ? (1.0 + may_move) * Mean(first.sun) : 0.03 * Mean(last.sky));
+    const glm::dvec3 unit = is_phone ? kPhone : glm::dvec3(1.0);
     for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(last.sky[c] / (day.sky[c] * unit[c]), 1.0, kMayMove);
       EXPECT_NEAR(last.sky[c] / first.sky[c], 1.0, may_move);
       if (!is_sunny) continue;
       EXPECT_NEAR(last.sun[c] / first.sun[c], 1.0, may_move);
@@ -199,6 +211,45 @@ TEST(CarriedLightHardCases, AVideoOfOnePictureKeepsItsLight) {
 TEST(CarriedLightHardCases, APictureRepeatedForMinutesKeepsItsLight) {
   for (const Day& day : {kOvercast, kDrizzle, kBroken, kClear}) {
     ExpectKeepsItsLight(day, seconds(1), kMayMove);
+  }
+}
+
+// A thin cloud: the carried light must not hold what the picture no longer shows.
+TEST(CarriedLightHardCases, ASunThatDimsInAVideoIsFollowed) {
+  for (const double share : {0.9, 0.7, 0.4}) {
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+      SCOPED_TRACE(std::to_string(share) + " of the sun, seed " + std::to_string(seed));
+      SyntheticScene scene;
+      scene.seed = seed;
+      scene.albedo_noise = 0.03;
+      scene.region_noise = 0.05;
+      scene.sun = kClear.sun;
+      scene.sky = kClear.sky;
+      const std::vector<DiffuseSample> before = MakeSamples(scene);
+      scene.sun *= share;
+      const std::vector<DiffuseSample> after = MakeSamples(scene);
+      OutdoorEstimator estimator{LightingFitOptions{}};
+      OutdoorConditions conditions;
+      conditions.sun.direction_enu = {0.8, 0.0, 0.6};
+      conditions.clear_sky = ClearSkyOf(kClear);
+      conditions.sky_shape_names = kShapes;
+      conditions.surveyed = SurveyedLight{.time = kNoon,
+                                          .sun_rgb = kClear.sun,
+                                          .sun_stddev_rgb = 0.01 * kClear.sun,
+                                          .sky_rgb = kClear.sky,
+                                          .clear_sky = ClearSkyOf(kClear)};
+      const auto light_of = [&](const std::vector<DiffuseSample>& seen, double at_s) {
+        conditions.time = kNoon + std::chrono::milliseconds(std::lround(1000.0 * at_s));
+        std::vector<DiffuseSample> samples = seen;
+        return estimator.Estimate(samples, conditions).value().lighting;
+      };
+      Lighting clear;
+      for (int i = 0; i < 30; ++i) clear = light_of(before, i / 10.0);
+      Lighting dimmed;
+      for (int i = 0; i < 30; ++i) dimmed = light_of(after, 3.0 + i / 10.0);
+      EXPECT_NEAR(Mean(dimmed.sun.irradiance_rgb) / Mean(clear.sun.irradiance_rgb), share, 0.04);
+      EXPECT_NEAR(Mean(dimmed.SkyIrradianceRgb()) / Mean(clear.SkyIrradianceRgb()), 1.0, 0.06);
+    }
   }
 }
 
