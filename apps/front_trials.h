@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "session/quality.h"
 #include "apps/tradeoff_trials.h"
 #include "pipeline/front_search.h"
+#include "session/quality.h"
 
 namespace pleinair {
 

@@ -25,12 +25,12 @@
 #include "apps/run_description.h"
 #include "apps/run_output.h"
 #include "apps/run_targets.h"
-#include "session/site_frames.h"
 #include "apps/stop_signals.h"
 #include "datasets/camera/live_frame_source.h"
 #include "datasets/recording/recorder.h"
 #include "scene/elapsed.h"
 #include "session/session_choices.h"
+#include "session/site_frames.h"
 
 namespace pleinair {
 namespace {

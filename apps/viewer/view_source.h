@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "session/site_frames.h"
 #include "apps/viewer/view_command.h"
 #include "calib/pose_track.h"
 #include "datasets/camera/camera_capture.h"
 #include "datasets/event.h"
 #include "datasets/recording/recorder.h"
 #include "session/sequence_session.h"
+#include "session/site_frames.h"
 
 namespace pleinair {
 

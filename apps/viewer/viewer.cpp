@@ -12,7 +12,6 @@
 #include <spdlog/spdlog.h>
 
 #include "apps/input_refusals.h"
-#include "session/site_frames.h"
 #include "apps/viewer/actions.h"
 #include "apps/viewer/chrome.h"
 #include "apps/viewer/panel.h"
@@ -26,6 +25,7 @@
 #include "scene/stopwatch.h"
 #include "scene/upper_median.h"
 #include "session/settings.h"
+#include "session/site_frames.h"
 
 namespace pleinair {
 namespace {
