@@ -1,13 +1,15 @@
 #include "apps/object_sightings.h"
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "calib/lens.h"
 #include "scene/mesh.h"
 
 namespace pleinair {
@@ -27,8 +29,7 @@ BoundingBox BoxAround(const std::vector<VirtualObject>& objects) {
 std::string WhereShown(const Camera& camera, const BoundingBox& box) {
   const CameraIntrinsics& lens = camera.intrinsics;
   const auto in_picture = [&](const glm::vec3& at_m) {
-    return ProjectToPixel(lens,
-                          glm::dvec3(camera.camera_from_world * glm::dvec4(glm::dvec3(at_m), 1.0)));
+    return ProjectToPixel(camera, glm::dvec3(at_m));
   };
   const auto middle = in_picture(0.5f * (box.lower_m + box.upper_m));
   if (!middle) return "behind the camera, or outside what its lens shows";

@@ -174,9 +174,7 @@ class SequenceReader {
     EnvironmentEntry entry;
     entry.image = ExistingFile(*image);
     entry.position_m = ReadVector3(at.Required("position_m"));
-    const auto time = at.Optional("time_utc");
-    if (!time) at.Fail("`time_utc`; where that is not known, the first frame's");
-    entry.time = ReadTime(*time);
+    entry.time = ReadTime(at.Required("time_utc"));
     entry.sun_direction_enu = sun;
     sequence_.environment = std::move(entry);
   }
