@@ -19,6 +19,9 @@ int PrintRegression(const RegressResult& result) {
   return result.reasons.empty() ? 0 : kGotWorse;
 }
 
+// What the setting prepare.rays takes.
+CLI::Validator AsPreparedRays() { return CLI::Range(16, 65536); }
+
 }  // namespace
 
 void AddRegress(CLI::App& app, Work& work) {
@@ -65,7 +68,7 @@ void AddRegress(CLI::App& app, Work& work) {
       ->check(Positive())
       ->needs(write);
   regress.add_option("--rays", settings.rays, "for the baseline: prepare.rays; fewer are faster")
-      ->check(CLI::Range(16, 65536))
+      ->check(AsPreparedRays())
       ->needs(write);
   regress
       .add_option("--cache",
@@ -130,7 +133,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
           "--patch-size", trials.prepare.patch_size_m, "prepare.patch_size_m, where not swept")
       ->check(Positive());
   tradeoff.add_option("--rays", trials.prepare.rays, "prepare.rays, where not swept")
-      ->check(CLI::Range(16, 65536));
+      ->check(AsPreparedRays());
   tradeoff
       .add_option("--cache",
                   trials.cache,

@@ -241,7 +241,7 @@ void LightingFitter::Impl::DescribeWeathers(const LightMatrix& normal, LightingF
 // it is that of the mixture.
 void Blend(const LightingFit& other, double share, LightingFit& fit) {
   const double kept = 1.0 - share;
-  const double weight = share * Square(share) / (share * Square(share) + kept * Square(kept));
+  const double weight = Cube(share) / (Cube(share) + Cube(kept));
   const LightVector apart = other.irradiance_rgb - fit.irradiance_rgb;
   const double about = kept * Square(weight) + share * Square(1.0 - weight);
   fit.irradiance_rgb += weight * apart;

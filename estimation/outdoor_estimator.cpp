@@ -64,20 +64,10 @@ LightGaussian BetterOf(const LightGaussian& known,
   return better;
 }
 
-// The error of a gain in each channel, as the fit's prior has it.
-void AddChannelGainError(double relative_stddev, LightGaussian& light) {
-  for (int c = 0; c < 3; ++c) {
-    for (const int a : {c, 3 + c}) {
-      for (const int b : {c, 3 + c}) {
-        light.covariance(a, b) += relative_stddev * relative_stddev * light.mean[a] * light.mean[b];
-      }
-    }
-  }
-}
-
 // A picture that lies far from what was known shows other light. What was known is then known less
-// well: such a step becomes one of kLikely standard deviations.
-void AddSurprise(const SunAndSky& both, LightGaussian& known) {
+// well: such a step becomes one of kLikely standard deviations, as far as one frame in a hundred
+// errs in two directions, the sum of sun and sky and their ratio.
+void DoubtWhatIsContradicted(const SunAndSky& both, LightGaussian& known) {
   constexpr double kLikely = 3.0;
   const LightVector step = both - known.mean;
   const double square =
@@ -376,7 +366,8 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
     if (has_new_units) AddChannelGainError(prior.channel_gain_stddev, state.light);
     const bool is_fitted = !found.light.isZero();
     const SunAndSky both = is_fitted ? SunAndSky(found.light) : state.light.mean;
-    if (found.share > 0.5) AddSurprise(both, state.light);
+    // A weather that is not likely is contradicted by every picture of another one.
+    if (found.share > 0.5) DoubtWhatIsContradicted(both, state.light);
     state.light = BetterOf(state.light, fit.data_covariance, both);
   }
   belief.repeats = 1.0;

@@ -83,6 +83,16 @@ void AddGainError(double stddev, LightGaussian& light) {
   light.covariance += Square(stddev) * light.mean * light.mean.transpose();
 }
 
+void AddChannelGainError(double stddev, LightGaussian& light) {
+  for (int c = 0; c < 3; ++c) {
+    for (const int a : {c, 3 + c}) {
+      for (const int b : {c, 3 + c}) {
+        light.covariance(a, b) += Square(stddev) * light.mean[a] * light.mean[b];
+      }
+    }
+  }
+}
+
 SkyClimate MakeSkyClimate(const ClearSkyExpectation& clear_sky) {
   Check("beam_rgb", clear_sky.beam_rgb);
   Check("diffuse_rgb", clear_sky.diffuse_rgb);

@@ -25,6 +25,8 @@ struct LightGaussian {
 void ScaleBy(double gain, LightGaussian& light);
 // Adds the variance of a factor common to all of the light; `stddev` is relative.
 void AddGainError(double stddev, LightGaussian& light);
+// Adds the variances of factors, one a channel and common to sun and sky; `stddev` is relative.
+void AddChannelGainError(double stddev, LightGaussian& light);
 
 // Light under a cloudless sky, and how well its units are tied to the frame's.
 struct ClearSkyExpectation {

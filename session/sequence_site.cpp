@@ -83,7 +83,7 @@ std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map,
                                                    bool stated,
                                                    bool is_indoors) {
   constexpr double kWorthAWarningRad = RadFromDeg(3.0);
-  constexpr double kFarthestRad = RadFromDeg(30.0);
+  constexpr double kFarthestRad = RadFromDeg(30.0);  // Two hours of a clock that is off.
   const std::optional<MapSun> shown = FindMapSun(map.radiance);
   if (!shown) return std::nullopt;
   const double angle_rad = AngleBetweenRad(shown->direction_enu, map.sun_direction_enu);

@@ -23,9 +23,7 @@ SamplePolygon ReadSamplePolygon(const JsonCursor& at) {
   SamplePolygon polygon;
   polygon.material = at.Required("material").Text();
   polygon.group = at.Required("group").Text();
-  if (const auto sun = at.Optional("sun")) {
-    polygon.sun = JudgedSunNamed(sun->OneOf({"lit", "shaded", "grazing"})).value();
-  }
+  polygon.sun = JudgedSunNamed(at.Required("sun").OneOf({"lit", "shaded", "grazing"})).value();
   for (const JsonCursor& corner : at.Required("polygon_px").List(3, kAnyCount)) {
     polygon.polygon_px.push_back(ReadVector2(corner));
   }

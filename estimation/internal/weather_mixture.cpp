@@ -72,23 +72,17 @@ double WeatherMixture::News(std::size_t weather) const {
 }
 
 void WeatherMixture::SetInformation(Weather& weather, double gain) {
-  const SunAndSky mean = gain * weather.light.mean;
-  SunAndSkyMatrix covariance = gain * gain * weather.light.covariance;
-  if (gain_is_free_) covariance += Square(kFreeGainStddev) * mean * mean.transpose();
-  for (int c = 0; c < 3; ++c) {
-    for (const int a : {c, 3 + c}) {
-      for (const int b : {c, 3 + c}) {
-        covariance(a, b) += Square(channel_gain_stddev_) * mean[a] * mean[b];
-      }
-    }
-  }
+  LightGaussian light = weather.light;
+  ScaleBy(gain, light);
+  if (gain_is_free_) AddGainError(kFreeGainStddev, light);
+  AddChannelGainError(channel_gain_stddev_, light);
   const int first = has_sun_ ? 0 : 3;
   const int count = 6 - first;
-  const LightMatrix known = covariance.bottomRightCorner(count, count);
+  const LightMatrix known = light.covariance.bottomRightCorner(count, count);
   weather.information.setZero();
   weather.information.bottomRightCorner(count, count) = InverseOf(known);
-  weather.information_times_mean = weather.information * mean;
-  weather.mean_square = mean.dot(weather.information_times_mean);
+  weather.information_times_mean = weather.information * light.mean;
+  weather.mean_square = light.mean.dot(weather.information_times_mean);
   weather.log_determinant = -LogDeterminant(known);
 }
 
@@ -176,7 +170,7 @@ LightVector WeatherMixture::Light() const {
   for (const WeatherSolution& solution : solutions_) {
     if (!(solution.share > kLeastShare)) continue;
     if (light.size() == 0) light = LightVector::Zero(solution.light.size());
-    const double weight = Square(solution.share) * solution.share;
+    const double weight = Cube(solution.share);
     light += weight * solution.light;
     weights += weight;
   }

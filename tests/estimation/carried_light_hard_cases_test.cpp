@@ -214,7 +214,9 @@ TEST(CarriedLightHardCases, APictureRepeatedForMinutesKeepsItsLight) {
   }
 }
 
-// A thin cloud: the carried light must not hold what the picture no longer shows.
+// A thin cloud: the carried light must not hold what the picture no longer shows. Tolerances are
+// some of what the planes' own errors of 5 % leave of a difference: they are the same before and
+// after.
 TEST(CarriedLightHardCases, ASunThatDimsInAVideoIsFollowed) {
   for (const double share : {0.9, 0.7, 0.4}) {
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -223,6 +225,8 @@ TEST(CarriedLightHardCases, ASunThatDimsInAVideoIsFollowed) {
       scene.seed = seed;
       scene.albedo_noise = 0.03;
       scene.region_noise = 0.05;
+      scene.lit_share = 1.0;
+      scene.regions = 3;
       scene.sun = kClear.sun;
       scene.sky = kClear.sky;
       const std::vector<DiffuseSample> before = MakeSamples(scene);
