@@ -17,6 +17,7 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -240,8 +241,12 @@ class Stream {
     if (count_ == Number("hold_at", -1)) usleep(500'000);  // And with it the other buffers.
     if (count_ == Number("set_at", -1)) SetControls();
     ++count_;
-    return Call(fd_, VIDIOC_QBUF, &buffer);
+    const int error = Call(fd_, VIDIOC_QBUF, &buffer);
+    return error == EIO || error == ENODEV ? 0 : error;  // The next call reports an interruption.
   }
+
+  // How many pictures it has had, over all interruptions.
+  int Count() const { return count_; }
 
   void Stop() {
     for (const auto& [data, length] : memory_) munmap(data, length);
@@ -292,9 +297,10 @@ std::string FindDevice() {
   return "";
 }
 
-// To the end of the stream; with recover=1 across whatever interrupts it.
+// To the end of the stream, or to pictures=N; with recover=1 across whatever interrupts it.
 int Run(std::string device) {
   Stream stream;
+  const int most = Number("pictures", std::numeric_limits<int>::max());
   for (int interruptions = 0; interruptions < 200;) {
     if (!stream.Start(device)) {
       Print({{"open_error", errno}});
@@ -305,9 +311,9 @@ int Run(std::string device) {
       continue;
     }
     int error = 0;
-    while (error == 0) error = stream.Next();
+    while (error == 0 && stream.Count() < most) error = stream.Next();
     stream.Stop();
-    if (error == EPIPE) return 0;
+    if (error == 0 || error == EPIPE) return 0;
     if (Number("recover", 0) == 0) return 1;
     ++interruptions;
   }

@@ -185,17 +185,18 @@ TEST(CameraStandIn, RefusesAndClampsControls) {
 }
 
 TEST(CameraStandIn, RepeatsItsRandomFaults) {
-  // By pictures: in seconds, a fault might come while a busy machine's client is not streaming.
-  const std::string options = "--rate 60 --loop 12 --fault random:7:6@48p";
+  // Both the faults and the end count pictures that the client has had: a busy machine's client
+  // loses pictures, so a recording might end before the last fault.
   const auto ends = [&] {
-    const ClientRun run = StandIn(options, "stream /dev/video90 recover=1");
+    const ClientRun run = StandIn("--rate 60 --loop 0 --fault random:7:6@48p",
+                                  "stream /dev/video90 recover=1 pictures=80");
     EXPECT_EQ(run.exit_code, 0) << run.output;
     std::string errors;
     for (const Json& line : run.With("error")) errors += line["error"].dump() + " ";
     return errors;
   };
   const std::string first = ends();
-  EXPECT_NE(first, std::to_string(EPIPE) + " ");  // Something ended the stream in between.
+  EXPECT_NE(first, "");  // Something ended the stream in between.
   EXPECT_EQ(ends(), first);
 }
 
