@@ -57,6 +57,7 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
   std::map<std::string, std::vector<double>> times_ms;
   int i = 0;
   const auto next = [&] {
+    frame.index = i;
     frame.camera.camera_from_world = HeldInTheHand(first_pose, i++);
     const double cpu_before_ms = ProcessorMs();
     const auto start = std::chrono::steady_clock::now();
@@ -157,7 +158,7 @@ int main(int argc, char** argv) {
           })
           ->Unit(benchmark::kMillisecond)
           ->UseRealTime()
-          ->Iterations(at == ReceiversAt::kPixels ? 5 : 40);
+          ->Iterations(at == ReceiversAt::kPixels ? 5 : 60);
     }
   }
   for (const auto& [name, at] :

@@ -16,8 +16,10 @@
 #include "estimation/exposure_change.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
+#include "scene/camera.h"
 #include "scene/frame.h"
 #include "scene/lighting.h"
+#include "scene/pixel_rect.h"
 #include "scene/sky_shape.h"
 #include "scene/sun_state.h"
 #include "scene/surface_view.h"
@@ -98,6 +100,11 @@ class LightingSource {
   // last call. The basis lives until the next call. `sun` may be a step of time off the frame's.
   virtual tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                            const SunState& sun) = 0;
+  // Before a frame of a camera that has moved: the pixels of its view that Estimate will look at,
+  // so that the others need not be made. None: any of them.
+  virtual std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& /*camera*/) {
+    return std::nullopt;
+  }
   // Estimates the light of one frame, after BasisFor the same frame.
   virtual tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) = 0;

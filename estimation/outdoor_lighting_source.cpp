@@ -22,6 +22,8 @@ namespace {
 // Least share of a set drawn for an earlier frame; with fewer samples left, the frame gets its own
 // set.
 constexpr double kLeastShareOfKeptSet = 0.8;
+// The same of a set whose places lie in a new view: some of them will be occluded.
+constexpr double kLeastShareInView = 0.85;
 
 // Standard deviations of the veil, as a share of the mean radiance of the picture. In order: linear
 // frames; 8-bit frames with a stated exposure; a camera of which nothing is known. Assumed, not
@@ -88,6 +90,16 @@ class OutdoorLightingSource final : public LightingSource {
     return SkyBasis(basis_);
   }
 
+  std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& camera) override {
+    looks_at_part_ = false;
+    if (!drawn_ || wants_whole_view_ || camera.intrinsics != camera_.intrinsics)
+      return std::nullopt;
+    std::vector<PixelRect> pixels = set_.PixelsFollowed(camera);
+    looks_at_part_ = static_cast<double>(pixels.size()) >= kLeastShareInView * drawn_size_;
+    if (!looks_at_part_) return std::nullopt;
+    return pixels;
+  }
+
   tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) override {
     const double new_sample_set_ms = UpdateSamples(observation);
@@ -143,6 +155,9 @@ class OutdoorLightingSource final : public LightingSource {
   std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;
   Camera camera_;
+  // Of a view of which only some pixels are looked at.
+  bool looks_at_part_ = false;
+  bool wants_whole_view_ = false;  // The set was filled from such a part.
 
   bool SetFits(const SurfaceView& view) const {
     return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_version == geometry_version_ &&
@@ -160,7 +175,9 @@ class OutdoorLightingSource final : public LightingSource {
     if (has_moved) {
       const int followed =
           set_.Follow(observation.view, sun, frame.radiance, frame.unusable, selection);
-      if (followed >= kLeastShareOfKeptSet * drawn_size_) return;
+      const bool is_kept = followed >= kLeastShareOfKeptSet * drawn_size_;
+      if (is_kept && !(wants_whole_view_ && !looks_at_part_)) return;
+      wants_whole_view_ = looks_at_part_;
       set_.Refill(observation.view, sun, frame.radiance, frame.unusable, selection);
     } else {
       set_.Draw(observation.view, sun, frame.radiance, frame.unusable, selection);
@@ -186,6 +203,7 @@ class OutdoorLightingSource final : public LightingSource {
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - start;
     set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
+    looks_at_part_ = false;
     return spent.count();
   }
 };

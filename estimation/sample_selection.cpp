@@ -63,6 +63,19 @@ int FacingOf(const glm::vec3& normal) {
 }
 constexpr int kFacings = 6;
 
+// The pixel of a camera's picture in which a place lies.
+std::optional<glm::ivec2> PixelAt(const glm::vec3& place_world_m,
+                                  const Camera& camera,
+                                  const Lens& lens) {
+  const glm::dvec4 place_m(glm::dvec3(place_world_m), 1.0);
+  const auto image_point = lens.ProjectToPixel(glm::dvec3(camera.camera_from_world * place_m));
+  if (!image_point) return std::nullopt;
+  const glm::ivec2 at(glm::round(*image_point));
+  const bool is_inside = at.x >= 0 && at.y >= 0 && at.x < camera.intrinsics.width_px &&
+                         at.y < camera.intrinsics.height_px;
+  return is_inside ? std::optional(at) : std::nullopt;
+}
+
 void CheckInput(const SurfaceView& view,
                 const RgbImage& radiance,
                 const Gray8Image& unusable,
@@ -150,13 +163,10 @@ class SampleDraw {
   // Where the view shows the footprint's place; none where it does not.
   std::optional<std::size_t> PixelOf(const SampleSet::Footprint& footprint,
                                      const Lens& lens) const {
-    const glm::dvec4 place_m(glm::dvec3(footprint.place_world_m), 1.0);
-    const auto image_point =
-        lens.ProjectToPixel(glm::dvec3(view_.camera.camera_from_world * place_m));
-    if (!image_point) return std::nullopt;
-    const glm::ivec2 at(glm::round(*image_point));
-    if (!view_.region.Contains(at.x, at.y)) return std::nullopt;
-    const std::size_t pixel = view_.region.Index(at.x, at.y);
+    const glm::dvec3 place_m(footprint.place_world_m);
+    const std::optional<glm::ivec2> at = PixelAt(footprint.place_world_m, view_.camera, lens);
+    if (!at) return std::nullopt;
+    const std::size_t pixel = view_.region.Index(at->x, at->y);
     const std::int32_t region = view_.region.pixels[pixel];
     if (region < 0 || PlaneOf(region, view_.normal_world.pixels[pixel]) != footprint.plane) {
       return std::nullopt;
@@ -167,9 +177,9 @@ class SampleDraw {
     const glm::dvec3 shown_m(view_.position_world_m.pixels[pixel]);
     const double range_m = glm::distance(shown_m, view_.camera.CentreWorldM());
     const double height_m =
-        glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), shown_m - glm::dvec3(place_m));
+        glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), shown_m - place_m);
     if (!(std::abs(height_m) < 0.5 * kLargestShift * range_m) ||
-        !(glm::distance(shown_m, glm::dvec3(place_m)) < kLargestShift * range_m)) {
+        !(glm::distance(shown_m, place_m) < kLargestShift * range_m)) {
       return std::nullopt;
     }
     return pixel;
@@ -481,6 +491,23 @@ int SampleSet::Follow(const SurfaceView& view,
   SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
   footprints_ = is_of_size ? draw.Follow(footprints_) : std::vector<Footprint>();
   return Size();
+}
+
+std::vector<PixelRect> SampleSet::PixelsFollowed(const Camera& camera) const {
+  // Footprints grow and shrink a little from view to view, and keep their distance to edges, as
+  // which the rectangle's rim counts.
+  constexpr float kGrowth = 1.25f;
+  const Lens lens(camera.intrinsics);
+  std::vector<PixelRect> rects;
+  rects.reserve(footprints_.size());
+  for (const Footprint& footprint : footprints_) {
+    const std::optional<glm::ivec2> at = PixelAt(footprint.place_world_m, camera, lens);
+    if (!at) continue;
+    const float corner = static_cast<float>(footprint.radius + 1) * std::numbers::sqrt2_v<float>;
+    const auto reach = static_cast<int>(std::ceil(kGrowth * corner + kEdgeMarginPx)) + 1;
+    rects.push_back({*at - reach, *at + reach + 1});
+  }
+  return rects;
 }
 
 void SampleSet::Refill(const SurfaceView& view,

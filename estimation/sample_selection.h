@@ -10,7 +10,9 @@
 #include <glm/vec3.hpp>
 
 #include "estimation/diffuse_sample.h"
+#include "scene/camera.h"
 #include "scene/image.h"
+#include "scene/pixel_rect.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
@@ -66,6 +68,9 @@ class SampleSet {
              const RgbImage& radiance,
              const Gray8Image& unusable,
              const SampleSelectionOptions& options);
+  // The pixels that Follow reads in a view of `camera`: one rectangle for each footprint whose
+  // place lies in its picture.
+  std::vector<PixelRect> PixelsFollowed(const Camera& camera) const;
   // Replaces those that have left: every stratum gets what it lacks. As Draw where the set is
   // empty.
   void Refill(const SurfaceView& view,

@@ -273,14 +273,14 @@ void ObjectInfluence::See(const PatchScene& real,
     row.first_px = 0;
     while (row.first_px < end && !may_change(row.first_px)) ++row.first_px;
     while (row.first_px < end && !may_change(end - 1)) --end;
-    // Three a pixel, of no weight where nothing changes.
-    const auto width = static_cast<std::size_t>(end - row.first_px);
-    row.entries.assign(3 * width, Entry{0, 0.0f});
-    row.begin.resize(width + 1);
-    for (std::size_t i = 0; i <= width; ++i) row.begin[i] = static_cast<std::uint32_t>(3 * i);
+    row.entries.clear();
+    row.begin.assign(1, 0);
     FaceLattice::LastSide last_side(*lattice_, real);
     for (int x = row.first_px; x < end; ++x) {
-      if (!may_change(x)) continue;
+      if (!may_change(x)) {
+        row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
+        continue;
+      }
       const std::size_t pixel = sides.Index(x, y);
       const auto around = last_side.Around(static_cast<std::size_t>(sides.pixels[pixel]),
                                            view.position_world_m.pixels[pixel]);
@@ -291,11 +291,27 @@ void ObjectInfluence::See(const PatchScene& real,
         const float weight = open > kLeastOpen
                                  ? around[k].weight * is_open_[around[k].receiver] / open
                                  : around[k].weight;
-        row.entries[3 * static_cast<std::size_t>(x - row.first_px) + k] = {around[k].receiver,
-                                                                           weight};
+        row.entries.push_back({around[k].receiver, weight});
       }
+      row.begin.push_back(static_cast<std::uint32_t>(row.entries.size()));
     }
   });
+}
+
+std::function<bool(std::int32_t, const glm::vec3&)> ObjectInfluence::MayChange(
+    const PatchScene& real, const Lighting& lighting, const InfluenceParts& parts) const {
+  if (lattice_ == nullptr) throw std::logic_error("object influence: MayChange is for faces");
+  // For what the light may change by until it is evaluated.
+  constexpr float kMargin = 0.5f;
+  return [this, &real, change = AtReceivers(lighting, parts, kMargin * kLeastChange)](
+             std::int32_t side, const glm::vec3& point_m) {
+    const auto of_side = static_cast<std::size_t>(side);
+    if (!lattice_->HasReceivers(of_side)) return false;
+    const auto around = lattice_->Around(real, of_side, point_m);
+    return std::any_of(around.begin(), around.end(), [&](const FaceLattice::Weighted& at) {
+      return change[at.receiver] != glm::vec3(0.0f);
+    });
+  };
 }
 
 void ObjectInfluence::FindSpans() {
@@ -381,28 +397,28 @@ glm::vec3 ObjectInfluence::Before(std::size_t light,
 }
 
 std::vector<glm::vec3> ObjectInfluence::AtReceivers(const Lighting& lighting,
-                                                    const InfluenceParts& parts) const {
+                                                    const InfluenceParts& parts,
+                                                    float least) const {
   const std::vector<glm::vec3> weights =
       internal::BasisWeights(lighting, responses_.size(), "object influence");
   std::vector<glm::vec3> at_receivers(receivers_.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, receivers_.size(), 1024),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                        Response sum;
-                        for (std::size_t light = 0; light < weights.size(); ++light) {
-                          const Response& response = responses_[light][i];
-                          sum.hidden += weights[light] * response.hidden;
-                          sum.gained += weights[light] * response.gained;
-                          sum.before += weights[light] * response.before;
-                        }
-                        const glm::vec3 change =
-                            (parts.object_light ? sum.gained : glm::vec3(0.0f)) -
-                            (parts.hidden_light ? sum.hidden : glm::vec3(0.0f));
-                        const bool matters =
-                            glm::any(glm::greaterThan(glm::abs(change), kLeastChange * sum.before));
-                        at_receivers[i] = matters ? change : glm::vec3(0.0f);
-                      }
-                    });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, receivers_.size(), 1024),
+      [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          Response sum;
+          for (std::size_t light = 0; light < weights.size(); ++light) {
+            const Response& response = responses_[light][i];
+            sum.hidden += weights[light] * response.hidden;
+            sum.gained += weights[light] * response.gained;
+            sum.before += weights[light] * response.before;
+          }
+          const glm::vec3 change = (parts.object_light ? sum.gained : glm::vec3(0.0f)) -
+                                   (parts.hidden_light ? sum.hidden : glm::vec3(0.0f));
+          const bool matters = glm::any(glm::greaterThan(glm::abs(change), least * sum.before));
+          at_receivers[i] = matters ? change : glm::vec3(0.0f);
+        }
+      });
   return at_receivers;
 }
 
@@ -440,7 +456,7 @@ void ObjectInfluence::Evaluate(const Lighting& lighting,
   image.width = 0;
   image.height = 0;
   if (receivers_.empty()) return image.pixels.clear();
-  const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts);
+  const std::vector<glm::vec3> at_receivers = AtReceivers(lighting, parts, kLeastChange);
   std::vector<std::array<int, 2>> changing(rows_.size());
   tbb::parallel_for(std::size_t{0}, rows_.size(), [&](std::size_t y) {
     changing[y] = PixelsThatChange(rows_[y], at_receivers);

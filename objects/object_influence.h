@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -141,6 +142,12 @@ class ObjectInfluence {
   // Evaluate then gives the same results in less time.
   void FindSpans();
 
+  // On faces: whether Evaluate may change a pixel that shows a point of a side of `real`, in a
+  // light whose sun and sky are to each other much as in `lighting`. Holds references to `real` and
+  // to this.
+  std::function<bool(std::int32_t side, const glm::vec3& point_m)> MayChange(
+      const PatchScene& real, const Lighting& lighting, const InfluenceParts& parts) const;
+
   // The change under `lighting`, which has the sky components that were folded; 0 where it is less
   // than 1/512 of what the surface gets, a quarter of a code value in white. `change` keeps its
   // memory from frame to frame.
@@ -186,7 +193,10 @@ class ObjectInfluence {
                    std::size_t receiver,
                    const SurfaceView& view,
                    std::span<const glm::vec3> real_radiosity) const;
-  std::vector<glm::vec3> AtReceivers(const Lighting& lighting, const InfluenceParts& parts) const;
+  // 0 where the change is less than `least` of what the surface gets.
+  std::vector<glm::vec3> AtReceivers(const Lighting& lighting,
+                                     const InfluenceParts& parts,
+                                     float least) const;
   // The first pixel of a row that may change and the one after the last; the second is 0 if none.
   std::array<int, 2> PixelsThatChange(const Row& row,
                                       std::span<const glm::vec3> at_receivers) const;

@@ -63,8 +63,28 @@ SoftSun::SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSun
   options_.Validate();
 }
 
-// Pixels that face the sun and from which some of the disc may lie behind an object. Seen along the
-// sun's direction they lie within the rectangle around the object, widened by the disc's extent.
+// Seen along the sun's direction, places from which some of the disc may lie behind an object lie
+// within the rectangle around it, widened by the disc's extent.
+bool SoftSun::IsNear(std::span<const Silhouette> silhouettes,
+                     const DiscPoints& disc,
+                     const glm::vec3& position_m) {
+  const glm::vec3 at = disc.InBeam(position_m);
+  return std::any_of(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& silhouette) {
+    const float behind_m = silhouette.upper.z - at.z;
+    const float margin_m = behind_m * disc.TangentRadius();
+    return behind_m > 0.0f && at.x > silhouette.lower.x - margin_m &&
+           at.x < silhouette.upper.x + margin_m && at.y > silhouette.lower.y - margin_m &&
+           at.y < silhouette.upper.y + margin_m;
+  });
+}
+
+std::function<bool(const glm::vec3&)> SoftSun::NearShadow(const DirectionalLight& sun) const {
+  const DiscPoints disc(sun, options_.disc_samples);
+  return [disc, silhouettes = SilhouettesFrom(disc)](const glm::vec3& position_m) {
+    return IsNear(silhouettes, disc, position_m);
+  };
+}
+
 std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
                                                      const DiscPoints& disc) const {
   const std::vector<Silhouette> silhouettes = SilhouettesFrom(disc);
@@ -73,16 +93,10 @@ std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
     const std::size_t first = view.region.Index(0, y);
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(view.Width());
          ++pixel) {
-      const glm::vec3 at = disc.InBeam(view.position_world_m.pixels[pixel]);
-      const bool is_near =
-          std::any_of(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& silhouette) {
-            const float behind_m = silhouette.upper.z - at.z;
-            const float margin_m = behind_m * disc.TangentRadius();
-            return behind_m > 0.0f && at.x > silhouette.lower.x - margin_m &&
-                   at.x < silhouette.upper.x + margin_m && at.y > silhouette.lower.y - margin_m &&
-                   at.y < silhouette.upper.y + margin_m;
-          });
-      if (!is_near || view.region.pixels[pixel] == SurfaceView::kNoRegion) continue;
+      if (view.region.pixels[pixel] == SurfaceView::kNoRegion ||
+          !IsNear(silhouettes, disc, view.position_world_m.pixels[pixel])) {
+        continue;
+      }
       if (!(glm::dot(view.normal_world.pixels[pixel], disc.Centre()) > 0.0f)) continue;
       rows[static_cast<std::size_t>(y)].push_back(static_cast<std::uint32_t>(pixel));
     }

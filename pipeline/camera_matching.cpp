@@ -44,7 +44,6 @@ CameraMatching::CameraMatching(const CameraMatchingOptions& options) : options_(
 
 double CameraMatching::BlurPx(const Frame& frame, const SurfaceView& view) {
   if (!options_.blur) return 0.0;
-  constexpr int kFrames = 12;
   if (frames_seen_ < kFrames && last_seen_ != frame.index) {
     edge_blur_.Add(frame.radiance, frame.clipped, view);
     ++frames_seen_;

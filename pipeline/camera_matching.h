@@ -31,6 +31,9 @@ class CameraMatching {
   // change.
   double BlurPx(const Frame& frame, const SurfaceView& view);
 
+  // Whether BlurPx no longer looks at frames.
+  bool KnowsBlur() const { return !options_.blur || frames_seen_ >= kFrames; }
+
   // Adds noise to the pixels that the composite has changed, and to no other. A pixel that an
   // object covers gets all of the camera's noise; at its rim, where the camera's own pixel is
   // visible too, that is a little too much. Where real light was scaled together with its noise,
@@ -40,6 +43,8 @@ class CameraMatching {
   void AddNoise(const Frame& frame, const ResponseCurve& response, Composite& composite) const;
 
  private:
+  static constexpr int kFrames = 12;  // In which the blur is measured.
+
   CameraMatchingOptions options_;
   EdgeBlurMeter edge_blur_;
   int frames_seen_ = 0;

@@ -23,6 +23,11 @@ const SurveyLight* LightOf(const PreparedScene& scene) {
   return scene.survey ? &scene.survey->light : nullptr;
 }
 
+// Without its intensity.
+DirectionalLight LightOf(const SunState& sun) {
+  return {sun.direction_enu, {}, sun.angular_radius_rad};
+}
+
 // Steps are counted in nanoseconds since 1970.
 void RequireStep(const char* name, double step_s) {
   constexpr double kLeastS = 1e-3;
@@ -74,6 +79,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
   try {
     Stopwatch watch;
     FrameResult result;
+    objects_.Pose(object_poses);
     result.sun = SunOfFrame(site_, frame);
     result.clear_sky = clear_sky_.At(result.sun.direction_enu);
     const TransportTime& transport = TransportOf(frame, result.sun);
@@ -82,10 +88,13 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     const auto basis = source_->BasisFor(frame, transport.bounces);
     if (!basis) return failed(basis.error().reason);
     sky_shapes_.assign(basis->begin(), basis->end());
-    const SurfaceView& view =
-        view_builder_.Update(frame.camera, transport.Place(), sky_shapes_, SampleRegionsOf(frame));
+    const std::optional<ViewPart> part = PartLookedAt(frame);
+    const SurfaceView& view = view_builder_.Update(frame.camera,
+                                                   transport.Place(),
+                                                   sky_shapes_,
+                                                   SampleRegionsOf(frame),
+                                                   part ? &*part : nullptr);
     if (options_.sun_ahead) MakeSunAhead(frame);
-    objects_.Pose(object_poses);
     result.timing_ms.transport = watch.LapMs();
 
     auto estimate = source_->Estimate(Observe(scene_, clear_sky_, frame, view, result.sun));
@@ -109,6 +118,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
     const Frame& frame, const FrameLight& light, std::span<const glm::dmat4> object_poses) {
   try {
     objects_.Pose(object_poses);
+    view_builder_.WholeView();
     FrameResult result;
     static_cast<FrameLight&>(result) = light;
     Draw(frame, result);
@@ -118,12 +128,19 @@ tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
   }
 }
 
+std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) const {
+  const SurfaceView& last = view_builder_.View();
+  if (last.geometry_version == 0 || last.camera == frame.camera) return std::nullopt;
+  auto places = effects_->PlacesLookedAt(frame, LightOf(transport_.value().sun));
+  if (!places) return std::nullopt;
+  std::optional<std::vector<PixelRect>> rects = source_->PixelsLookedAt(frame.camera);
+  if (!rects) return std::nullopt;
+  return ViewPart{std::move(*rects), std::move(places)};
+}
+
 void FramePipeline::Draw(const Frame& frame, FrameResult& result) {
-  const auto light_of = [](const SunState& sun) {
-    return DirectionalLight{sun.direction_enu, {}, sun.angular_radius_rad};
-  };
-  const DirectionalLight transport_sun = light_of(transport_.value().sun);
-  const DirectionalLight bounce_sun = light_of(transport_.value().bounces);
+  const DirectionalLight transport_sun = LightOf(transport_.value().sun);
+  const DirectionalLight bounce_sun = LightOf(transport_.value().bounces);
   const Lighting& lighting =
       result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
   const StageTimes before = result.timing_ms;

@@ -171,8 +171,9 @@ class FramePipeline {
   void SetEffects(const EffectSettings& effects);
 
   // For the last frame that was processed: its camera's view, and the samples of its light (see
-  // LightingSource).
-  const SurfaceView& View() const { return view_builder_.View(); }
+  // LightingSource). Of a camera that moves, a frame has only the pixels that matter: this call
+  // makes the others.
+  const SurfaceView& View() { return view_builder_.WholeView(); }
   std::span<const DiffuseSample> Samples() const { return source_->Samples(); }
 
   // The volume of the last frame that succeeded; empty unless objects get their light from it. Once
@@ -198,6 +199,8 @@ class FramePipeline {
   // The time and sun that the frame's transport is for.
   const TransportTime& TransportOf(const Frame& frame, const SunState& sun);
   void MakeSunAhead(const Frame& frame);
+  // The pixels of a new view that the frame will look at; none: any.
+  std::optional<ViewPart> PartLookedAt(const Frame& frame) const;
   void FilterEstimate(FrameResult& result);
 
   const PreparedScene& scene_;

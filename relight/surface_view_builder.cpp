@@ -82,7 +82,6 @@ struct SurfaceViewBuilder::Impl {
   PlanarBlocks sun_blocks;
   std::vector<SampleRegionPolygon> polygons;
   std::optional<SunPlace> sun;  // The sun of the view and of sun_faces.
-  SunInView sun_in_view;        // Images of an earlier sun: memory for the next.
   // One of the two: of this view's pixels, or of the surfaces.
   SurfaceGather gather;
   std::optional<SurfaceLight> surfaces;
@@ -118,29 +117,47 @@ struct SurfaceViewBuilder::Impl {
     return stated > 0 ? stated : IsOnSurfaces() ? kOfMovingCameras : 1;
   }
 
-  void BuildGeometry(const Camera& camera) {
+  // Whether a view can be made in part.
+  bool TakesParts(std::span<const SampleRegionPolygon> limits) const {
+    const int block_px = BlockPx(options.geometry_block_px);
+    return IsOnSurfaces() && limits.empty() && block_px > 1 &&
+           block_px == BlockPx(options.sun_block_px);
+  }
+
+  void BuildGeometry(const Camera& camera, const ViewPart* part) {
     // For the first view, beside it: for the most part on one thread.
     if (IsOnSurfaces() && !surfaces) {
       tbb::parallel_invoke(
-          [&] { CastView(camera); },
+          [&] { CastView(camera, part); },
           [&] {
             surfaces.emplace(
                 scene.patches, scene.transport.FaceRays(), options.surfaces, scene.options.gather);
           });
     } else {
-      CastView(camera);
+      CastView(camera, part);
     }
     if (IsOnSurfaces()) surfaces->Show(side);
     ++view.geometry_version;
   }
 
-  void CastView(const Camera& camera) {
+  void CastView(const Camera& camera, const ViewPart* part) {
     view.camera = camera;
     const CameraPixels pixels(camera);
     const ViewRays rays = pixels.Rays(directions_in_camera.Get(
         camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
-    geometry_blocks =
-        CastGeometry(scene.patches, rays, BlockPx(options.geometry_block_px), view, side);
+    ChooseBlocks choose;
+    if (part != nullptr) {
+      choose = [&](const PixelBlocks& blocks) {
+        return BlocksLookedAt(*part, blocks, side, view.position_world_m);
+      };
+    }
+    geometry_blocks = CastGeometry(scene.patches,
+                                   rays,
+                                   BlockPx(options.geometry_block_px),
+                                   view,
+                                   side,
+                                   choose,
+                                   geometry_blocks);
     const int sun_block_px = BlockPx(options.sun_block_px);
     sun_blocks = sun_block_px == geometry_blocks.blocks.SidePx()
                      ? geometry_blocks
@@ -302,13 +319,19 @@ struct SurfaceViewBuilder::Impl {
     return std::move(made->in_view);
   }
 
-  // The view's former images go to `in_view`.
-  void FillSun(SunInView& in_view) {
+  void FillSun(SunInView in_view) {
     view.sun_direction_enu = sun->direction_enu;
-    std::swap(view.sun_visibility, in_view.visibility);
-    std::swap(view.sun_bounce, in_view.bounce);
-    std::swap(view.edge_distance_px, in_view.edge_distance_px);
+    view.sun_visibility = std::move(in_view.visibility);
+    view.sun_bounce = std::move(in_view.bounce);
+    view.edge_distance_px = std::move(in_view.edge_distance_px);
     ++view.sun_version;
+  }
+
+  // The view's images, to be made anew: their memory stays, and what is blank in them.
+  SunInView TakeSun() {
+    return {std::move(view.sun_visibility),
+            std::move(view.sun_bounce),
+            std::move(view.edge_distance_px)};
   }
 
   // On surfaces: fills the view's bounces of the sun, and its response to these shapes.
@@ -327,7 +350,7 @@ struct SurfaceViewBuilder::Impl {
   }
 
   bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
-    return view.geometry_version > 0 && view.camera == camera &&
+    return view.geometry_version > 0 && geometry_blocks.blocks.IsWhole() && view.camera == camera &&
            std::ranges::equal(polygons, limits);
   }
 
@@ -355,13 +378,14 @@ const SurfaceView& SurfaceViewBuilder::Update(
     const Camera& camera,
     const SunPlace& sun,
     std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
-    std::span<const SampleRegionPolygon> polygons) {
+    std::span<const SampleRegionPolygon> polygons,
+    const ViewPart* part) {
   Impl& impl = *impl_;
   const bool geometry_stands = impl.GeometryStands(camera, polygons);
   if (!geometry_stands) {
     // What it makes of the view reads the old one; what it makes on surfaces does not.
     if (!impl.IsOnSurfaces()) impl.ahead.reset();
-    impl.BuildGeometry(camera);
+    impl.BuildGeometry(camera, impl.TakesParts(polygons) ? part : nullptr);
     impl.LimitTo(polygons);
   }
   std::vector<std::size_t> shapes_to_fill = impl.SetShapes(sky_shapes);
@@ -376,10 +400,11 @@ const SurfaceView& SurfaceViewBuilder::Update(
   if (!shapes_to_fill.empty()) impl.FillSky(shapes_to_fill);
   if (fills_sun) {
     if (sun_in_view) {
-      impl.FillSun(*sun_in_view);
+      impl.FillSun(std::move(*sun_in_view));
     } else {
-      impl.MakeSunInView(sun, *impl.sun_faces, impl.sun_in_view);
-      impl.FillSun(impl.sun_in_view);
+      Impl::SunInView made = impl.TakeSun();
+      impl.MakeSunInView(sun, *impl.sun_faces, made);
+      impl.FillSun(std::move(made));
     }
   }
   if (impl.IsOnSurfaces() && (fills_sun || !shapes_to_fill.empty())) {
@@ -389,6 +414,15 @@ const SurfaceView& SurfaceViewBuilder::Update(
 }
 
 const SurfaceView& SurfaceViewBuilder::View() const { return impl_->view; }
+
+const SurfaceView& SurfaceViewBuilder::WholeView() {
+  if (impl_->geometry_blocks.blocks.IsWhole()) return impl_->view;
+  // Copies: what is updated is read.
+  const Camera camera = impl_->view.camera;
+  const SunPlace sun = impl_->sun.value();
+  const std::vector<std::shared_ptr<const SkyShape>> shapes = impl_->bare_shapes;
+  return Update(camera, sun, shapes, {});
+}
 
 bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
                                   const SunPlace& sun,

@@ -13,6 +13,7 @@
 
 #include "relight/prepared_scene.h"
 #include "relight/transport/surface_light.h"
+#include "relight/view_part.h"
 #include "scene/image.h"
 #include "scene/judged_sun.h"
 #include "scene/sky_shape.h"
@@ -68,10 +69,16 @@ class SurfaceViewBuilder {
   // arguments; callers who want to save time snap the sun to steps of time. `polygons`, when not
   // empty, limit may_be_sampled to their insides and give judged_sun; where they overlap, the last
   // one does.
+  //
+  // With `part`, only that part of a new view is made; other pixels show no surface. What is made
+  // is as in the whole view, but for edge_distance_px, to which the part's rim is an edge. The next
+  // call makes the view anew. All of it is made for receivers in the picture, with polygons, and
+  // where blocks are of 1 px.
   const SurfaceView& Update(const Camera& camera,
                             const SunPlace& sun,
                             std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
-                            std::span<const SampleRegionPolygon> polygons);
+                            std::span<const SampleRegionPolygon> polygons,
+                            const ViewPart* part = nullptr);
   // With its bounces from where it stands.
   const SurfaceView& Update(const Camera& camera,
                             const glm::dvec3& sun_direction_enu,
@@ -86,6 +93,8 @@ class SurfaceViewBuilder {
 
   // The view of the last Update.
   const SurfaceView& View() const;
+  // The same, after all of it has been made.
+  const SurfaceView& WholeView();
 
   // Whether an Update would be fast: IsAtHand, except for new sky shapes; Stands, except for those
   // and the sun.

@@ -45,11 +45,12 @@ class ViewAlbedo::Filling {
     if (!survey_ || blocks_.SidePx() == 1) return;
     corners_in_map_.resize(CornerColumns() * (static_cast<std::size_t>(blocks_.Rows()) + 1));
     tbb::parallel_for(0, blocks_.Rows() + 1, [&](int row) {
-      const int y = std::min(row * blocks_.SidePx(), view_.Height() - 1);
+      const int y = blocks_.CornerY(row);
       for (int column = 0; column <= blocks_.Columns(); ++column) {
-        const int x = std::min(column * blocks_.SidePx(), view_.Width() - 1);
+        const std::size_t pixel = side_.Index(blocks_.CornerX(column), y);
+        if (side_.pixels[pixel] == PatchScene::kSky) continue;
         corners_in_map_[static_cast<std::size_t>(row) * CornerColumns() +
-                        static_cast<std::size_t>(column)] = PlaceInMap(view_.region.Index(x, y));
+                        static_cast<std::size_t>(column)] = PlaceInMap(pixel);
       }
     });
   }
@@ -84,6 +85,9 @@ class ViewAlbedo::Filling {
     });
     return true;
   }
+
+  // As where nothing is shown.
+  void Blank(std::size_t pixel) const { SetBySurface(pixel); }
 
  private:
   struct InMap {
@@ -206,7 +210,8 @@ void ViewAlbedo::Fill(const CameraPixels& pixels,
       [&](int column, int row, const PixelBlock& block) {
         return planar.is_planar[blocks.Index(column, row)] != 0 &&
                filling.DoBetween(column, row, block);
-      });
+      },
+      [&](std::size_t pixel) { filling.Blank(pixel); });
 }
 
 }  // namespace pleinair

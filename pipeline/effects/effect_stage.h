@@ -41,6 +41,7 @@ class EffectStage {
   const VertexLight& Light() const { return light_; }
   KeptObjectView& ViewOfObjects() { return object_view_; }
   KeptInfluence& Influence() { return influence_; }
+  const KeptInfluence& Influence() const { return influence_; }
   KeptMirror& Mirror() { return mirror_; }
 
   // Around each object, at its present place.

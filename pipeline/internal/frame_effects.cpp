@@ -206,6 +206,28 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   return rendered;
 }
 
+std::function<bool(std::int32_t, const glm::vec3&)> FrameEffects::PlacesLookedAt(
+    const Frame& frame, const DirectionalLight& sun) const {
+  const auto is_on = [&](Effect effect) { return settings_[effect] != EffectSwitch::kOff; };
+  if (objects_.Objects().empty()) return [](std::int32_t, const glm::vec3&) { return false; };
+  const bool are_at_rest = pose_ == objects_.Version();
+  const bool reads_edges = is_on(Effect::kCameraBlur) && !camera_matching_.KnowsBlur();
+  const bool reads_reflections = is_on(Effect::kGlossyReflection) && stage_.AnyGlossy();
+  const MotionBlurOptions& blur = options_.motion_blur;
+  const bool reads_paths =
+      is_on(Effect::kMotionBlur) &&
+      (frame.exposure_s.value_or(blur.exposure_s) > 0.0 || blur.readout_s > 0.0);
+  if (!are_at_rest || reads_edges || reads_reflections || reads_paths) return nullptr;
+  const auto influence = stage_.Influence().MayChange(stage_.Scene().patches, *pose_);
+  if (!influence && (is_on(Effect::kSkyOcclusion) || is_on(Effect::kColourBleeding))) {
+    return nullptr;
+  }
+  return [shadow = stage_.SunPastObjects().NearShadow(sun), influence](std::int32_t side,
+                                                                       const glm::vec3& place_m) {
+    return shadow(place_m) || (influence && (*influence)(side, place_m));
+  };
+}
+
 EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {
   basis_.Update(lit.view_builder, lit.transport_sun, lit.bounce_sun);
   Expose(lit.frame);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -42,6 +43,11 @@ class FrameEffects {
   void SetEffects(const EffectSettings& effects);
 
   RenderedFrame Render(const LitFrame& lit);
+
+  // Before a frame of a camera that has moved: places whose pixels in its view Render will look at,
+  // beside the objects' own. Empty: any. `sun` as in LitFrame::transport_sun.
+  std::function<bool(std::int32_t side, const glm::vec3& place_m)> PlacesLookedAt(
+      const Frame& frame, const DirectionalLight& sun) const;
 
   const IrradianceVolume& Volume() const { return stage_.Light().Volume(); }
   const DirectDaylight* Daylight() const { return stage_.Light().Daylight(); }

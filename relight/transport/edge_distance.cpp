@@ -105,11 +105,14 @@ void MeshEdgesInBlocks(const SurfaceView& view,
   const MeshJump jump(view, origin_m);
   tbb::parallel_for(0, blocks.Rows(), [&](int row) {
     for (int column = 0; column < blocks.Columns(); ++column) {
+      const PixelBlocks::Work work = blocks.WorkOf(blocks.Index(column, row));
+      if (work == PixelBlocks::Work::kKept) continue;
       const PixelBlock block = blocks.At(column, row);
-      const bool is_amid_plane = IsAmidPlane(planar, column, row);
+      const bool has_no_edge =
+          work == PixelBlocks::Work::kBlanked || IsAmidPlane(planar, column, row);
       for (int y = block.top; y < block.end_y; ++y) {
         for (int x = block.left; x < block.end_x; ++x) {
-          const bool is_edge = !is_amid_plane && neighbours.AnyDiffers(x, y, jump);
+          const bool is_edge = !has_no_edge && neighbours.AnyDiffers(x, y, jump);
           edges.At(x, y) = is_edge ? kEdge : 0;
         }
       }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -89,9 +90,17 @@ struct PixelBlock {
   }
 };
 
-// A picture cut into blocks, smaller ones at the right and at the bottom.
+// A picture cut into blocks, smaller ones at the right and at the bottom. All of them are done,
+// unless some are chosen.
 class PixelBlocks {
  public:
+  // What happens to a block's pixels, or to a corner, which is done with any block around it.
+  enum class Work : std::uint8_t {
+    kDone,
+    kBlanked,  // Left out, after it was done: it is set to what stands for nothing.
+    kKept,     // Left out, and blank already.
+  };
+
   PixelBlocks() = default;
   // In blocks with sides of 1 px all pixels are corners.
   PixelBlocks(int width, int height, int side_px)
@@ -125,26 +134,68 @@ class PixelBlocks {
   }
   // Indices of pixels: upper left, upper right, lower left and lower right.
   std::array<std::size_t, 4> Corners(const PixelBlock& block) const {
-    return {Pixel(block.left, block.top),
-            Pixel(block.right, block.top),
-            Pixel(block.left, block.bottom),
-            Pixel(block.right, block.bottom)};
+    return {PixelIndex(block.left, block.top),
+            PixelIndex(block.right, block.top),
+            PixelIndex(block.left, block.bottom),
+            PixelIndex(block.right, block.bottom)};
   }
+
+  // Leaves out the blocks for which `is_chosen`, an entry a block, is 0. `before`: as the images
+  // were done that are about to be done again.
+  void Choose(std::span<const std::uint8_t> is_chosen, const PixelBlocks& before) {
+    const bool are_alike =
+        before.width_ == width_ && before.height_ == height_ && before.side_px_ == side_px_;
+    const auto left_out = [&](Work work_before) {
+      return are_alike && work_before != Work::kDone ? Work::kKept : Work::kBlanked;
+    };
+    work_.resize(Count());
+    for (std::size_t i = 0; i < Count(); ++i) {
+      work_[i] = is_chosen[i] != 0 ? Work::kDone : left_out(before.WorkOf(i));
+    }
+    corner_work_.resize(CornerColumns() * (static_cast<std::size_t>(rows_) + 1));
+    for (int row = 0; row <= rows_; ++row) {
+      for (int column = 0; column <= columns_; ++column) {
+        bool is_done = false;
+        for (int y = std::max(row - 1, 0); y <= std::min(row, rows_ - 1); ++y) {
+          for (int x = std::max(column - 1, 0); x <= std::min(column, columns_ - 1); ++x) {
+            is_done = is_done || work_[Index(x, y)] == Work::kDone;
+          }
+        }
+        corner_work_[CornerIndex(column, row)] =
+            is_done ? Work::kDone : left_out(before.WorkOfCorner(column, row));
+      }
+    }
+  }
+  bool IsWhole() const { return work_.empty(); }
+  Work WorkOf(std::size_t block) const { return IsWhole() ? Work::kDone : work_[block]; }
+  // Corner (column, row) is the upper left one of the block there.
+  Work WorkOfCorner(int column, int row) const {
+    return IsWhole() ? Work::kDone : corner_work_[CornerIndex(column, row)];
+  }
+  std::size_t PixelIndex(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(x);
+  }
+  int CornerX(int column) const { return std::min(column * side_px_, width_ - 1); }
+  int CornerY(int row) const { return std::min(row * side_px_, height_ - 1); }
+
   bool IsCornerColumn(int x) const { return x % side_px_ == 0 || x == width_ - 1; }
   bool IsCornerRow(int y) const { return y % side_px_ == 0 || y == height_ - 1; }
 
  private:
-  int BlocksAlong(int pixels) const { return pixels > 1 ? (pixels - 2) / side_px_ + 1 : pixels; }
-  std::size_t Pixel(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(x);
+  std::size_t CornerColumns() const { return static_cast<std::size_t>(columns_) + 1; }
+  std::size_t CornerIndex(int column, int row) const {
+    return static_cast<std::size_t>(row) * CornerColumns() + static_cast<std::size_t>(column);
   }
+  int BlocksAlong(int pixels) const { return pixels > 1 ? (pixels - 2) / side_px_ + 1 : pixels; }
 
   int width_ = 0;
   int height_ = 0;
   int side_px_ = 1;
   int columns_ = 0;
   int rows_ = 0;
+  std::vector<Work> work_;         // Per block; empty: all are done.
+  std::vector<Work> corner_work_;  // Per corner, row by row.
 };
 
 // Which blocks of a view show one plane, corner to corner.
@@ -162,32 +213,67 @@ void SizeFor(const PixelBlocks& blocks, Image<Pixel>& image) {
                       static_cast<std::size_t>(image.height));
 }
 
-// First does the corners of all blocks. Then does the pixels between each block's corners, either
-// all at once or one by one.
+// Do a picture in blocks: first all their corners, then the pixels between each block's corners,
+// either all at once or one by one.
 //
 // do_row(y, wanted)                  does the pixels x of row y with wanted[x] != 0.
 // do_between(column, row, block)     does what lies between the block's corners at once, and
 //                                    returns true; or false, and that is done by rows.
+// blank(pixel)                       blanks a pixel, by its index in the picture.
 //
 // Rows of blocks are taken in parallel; do_between may write none but the block's own pixels,
 // without corners.
-template <class DoRow, class DoBetween>
-void ForBlocks(const PixelBlocks& blocks, const DoRow& do_row, const DoBetween& do_between) {
-  std::vector<std::uint8_t> corner_columns(static_cast<std::size_t>(blocks.Width()), 0);
-  for (int x = 0; x < blocks.Width(); ++x) {
-    corner_columns[static_cast<std::size_t>(x)] = blocks.IsCornerColumn(x) ? 1 : 0;
-  }
-  tbb::parallel_for(0, blocks.Height(), [&](int y) {
-    if (blocks.IsCornerRow(y)) do_row(y, corner_columns);
+
+template <class DoRow, class Blank>
+void ForCorners(const PixelBlocks& blocks, const DoRow& do_row, const Blank& blank) {
+  if (blocks.Count() == 0) return;
+  tbb::parallel_for(0, blocks.Rows() + 1, [&](int row) {
+    const int y = blocks.CornerY(row);
+    if (row > 0 && y == blocks.CornerY(row - 1)) return;
+    std::vector<std::uint8_t> wanted(static_cast<std::size_t>(blocks.Width()), 0);
+    for (int column = 0; column <= blocks.Columns(); ++column) {
+      const int x = blocks.CornerX(column);
+      const PixelBlocks::Work work = blocks.WorkOfCorner(column, row);
+      if (work == PixelBlocks::Work::kDone) wanted[static_cast<std::size_t>(x)] = 1;
+      if (work == PixelBlocks::Work::kBlanked) {
+        blank(blocks.PixelIndex(x, y));
+      }
+    }
+    do_row(y, wanted);
   });
+}
+
+// Blanks all corners that are left out, also those that are blank already.
+template <class Blank>
+void ForCornersLeftOut(const PixelBlocks& blocks, const Blank& blank) {
+  tbb::parallel_for(0, blocks.Rows() + 1, [&](int row) {
+    for (int column = 0; column <= blocks.Columns(); ++column) {
+      if (blocks.WorkOfCorner(column, row) == PixelBlocks::Work::kDone) continue;
+      blank(blocks.PixelIndex(blocks.CornerX(column), blocks.CornerY(row)));
+    }
+  });
+}
+
+template <class DoRow, class DoBetween, class Blank>
+void ForBetweenCorners(const PixelBlocks& blocks,
+                       const DoRow& do_row,
+                       const DoBetween& do_between,
+                       const Blank& blank) {
   if (blocks.SidePx() == 1) return;
   tbb::parallel_for(0, blocks.Rows(), [&](int row) {
     std::vector<std::uint8_t> is_left(static_cast<std::size_t>(blocks.Width()), 0);
+    bool any_is_left = false;
     for (int column = 0; column < blocks.Columns(); ++column) {
       const PixelBlock block = blocks.At(column, row);
-      if (do_between(column, row, block)) continue;
+      const PixelBlocks::Work work = blocks.WorkOf(blocks.Index(column, row));
+      if (work == PixelBlocks::Work::kBlanked) {
+        block.ForPixelsBetween([&](int x, int y) { blank(blocks.PixelIndex(x, y)); });
+      }
+      if (work != PixelBlocks::Work::kDone || do_between(column, row, block)) continue;
       std::fill(is_left.begin() + block.left, is_left.begin() + block.end_x, std::uint8_t{1});
+      any_is_left = true;
     }
+    if (!any_is_left) return;
     std::vector<std::uint8_t> between(is_left);
     for (int x = 0; x < blocks.Width(); ++x) {
       if (blocks.IsCornerColumn(x)) between[static_cast<std::size_t>(x)] = 0;
@@ -197,6 +283,21 @@ void ForBlocks(const PixelBlocks& blocks, const DoRow& do_row, const DoBetween& 
       do_row(y, blocks.IsCornerRow(y) ? between : is_left);
     }
   });
+}
+
+template <class DoRow, class DoBetween, class Blank>
+void ForBlocks(const PixelBlocks& blocks,
+               const DoRow& do_row,
+               const DoBetween& do_between,
+               const Blank& blank) {
+  ForCorners(blocks, do_row, blank);
+  ForBetweenCorners(blocks, do_row, do_between, blank);
+}
+
+// The same where all blocks are done.
+template <class DoRow, class DoBetween>
+void ForBlocks(const PixelBlocks& blocks, const DoRow& do_row, const DoBetween& do_between) {
+  ForBlocks(blocks, do_row, do_between, [](std::size_t) {});
 }
 
 }  // namespace pleinair

@@ -97,7 +97,8 @@ void SunVisibilityInBlocks(const RayCaster& caster,
     block.ForPixelsBetween([&](int x, int y) { visibility.At(x, y) = share; });
     return true;
   };
-  ForBlocks(blocks, cast_row, fill_between);
+  ForBlocks(
+      blocks, cast_row, fill_between, [&](std::size_t pixel) { visibility.pixels[pixel] = 0.0f; });
 }
 
 }  // namespace pleinair

@@ -167,12 +167,12 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
                           std::span<Image<glm::vec3>* const> at_pixels) const {
   const PixelBlocks& blocks = planar.blocks;
   for (Image<glm::vec3>* image : at_pixels) SizeFor(blocks, *image);
+  const auto blank = [&](std::size_t pixel) {
+    for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
+  };
   const auto look_up = [&](std::size_t pixel, FaceLattice::LastSide& last_side) {
     const std::int32_t shown = side.pixels[pixel];
-    if (shown == PatchScene::kSky) {
-      for (Image<glm::vec3>* image : at_pixels) image->pixels[pixel] = glm::vec3(0.0f);
-      return;
-    }
+    if (shown == PatchScene::kSky) return blank(pixel);
     if (is_shown_[static_cast<std::size_t>(shown)] == 0) {
       throw std::logic_error("SurfaceLight: a side is looked up that was not shown");
     }
@@ -205,7 +205,8 @@ void SurfaceLight::LookUp(const PlanarBlocks& planar,
           blend.FillBetween(*image);
         }
         return true;
-      });
+      },
+      blank);
 }
 
 }  // namespace pleinair

@@ -74,6 +74,13 @@ class GeometryCast {
     return is_seen;
   }
 
+  void ShowNothing(std::size_t pixel) {
+    side_.pixels[pixel] = PatchScene::kSky;
+    view_.region.pixels[pixel] = SurfaceView::kNoRegion;
+    view_.position_world_m.pixels[pixel] = glm::vec3(0.0f);
+    view_.normal_world.pixels[pixel] = glm::vec3(0.0f);
+  }
+
  private:
   struct ShownPlane {
     std::int32_t side = 0;
@@ -103,13 +110,6 @@ class GeometryCast {
     });
   }
 
-  void ShowNothing(std::size_t pixel) {
-    side_.pixels[pixel] = PatchScene::kSky;
-    view_.region.pixels[pixel] = SurfaceView::kNoRegion;
-    view_.position_world_m.pixels[pixel] = glm::vec3(0.0f);
-    view_.normal_world.pixels[pixel] = glm::vec3(0.0f);
-  }
-
   // On the triangle's plane to rounding, where a ray's distance alone would be off it.
   void Show(const ShownPlane& plane, const glm::vec3& direction, std::size_t pixel) {
     const double distance_m =
@@ -136,9 +136,11 @@ PlanarBlocks CastGeometry(const PatchScene& scene,
                           const ViewRays& rays,
                           int block_px,
                           SurfaceView& view,
-                          Image<std::int32_t>& side) {
+                          Image<std::int32_t>& side,
+                          const ChooseBlocks& choose,
+                          const PlanarBlocks& before) {
   PlanarBlocks planar{PixelBlocks(rays.width, rays.height, block_px), {}};
-  const PixelBlocks& blocks = planar.blocks;
+  PixelBlocks& blocks = planar.blocks;
   planar.is_planar.assign(blocks.Count(), 0);
   view.region_names = scene.mesh.group_names;
   SizeFor(blocks, view.region);
@@ -146,14 +148,22 @@ PlanarBlocks CastGeometry(const PatchScene& scene,
   SizeFor(blocks, view.normal_world);
   SizeFor(blocks, side);
   GeometryCast cast(scene, rays, view, side);
-  ForBlocks(
-      blocks,
-      [&](int y, std::span<const std::uint8_t> wanted) { cast.CastRow(y, wanted); },
-      [&](int column, int row, const PixelBlock& block) {
-        const bool is_filled = cast.FillBetween(block, blocks.Corners(block));
-        planar.is_planar[blocks.Index(column, row)] = is_filled ? 1 : 0;
-        return is_filled;
-      });
+  const auto cast_row = [&](int y, std::span<const std::uint8_t> wanted) {
+    cast.CastRow(y, wanted);
+  };
+  const auto fill_between = [&](int column, int row, const PixelBlock& block) {
+    const bool is_filled = cast.FillBetween(block, blocks.Corners(block));
+    planar.is_planar[blocks.Index(column, row)] = is_filled ? 1 : 0;
+    return is_filled;
+  };
+  const auto blank = [&](std::size_t pixel) { cast.ShowNothing(pixel); };
+  ForCorners(blocks, cast_row, blank);
+  if (choose) {
+    const PixelBlocks all_corners = blocks;
+    blocks.Choose(choose(all_corners), before.blocks);
+    ForCornersLeftOut(blocks, blank);
+  }
+  ForBetweenCorners(blocks, cast_row, fill_between, blank);
   return planar;
 }
 

@@ -99,12 +99,6 @@ constexpr std::array<std::array<std::uint32_t, 4>, 6> kBoxFaces{
 
 }  // namespace
 
-PixelRect UnionOf(const PixelRect& a, const PixelRect& b) {
-  if (a.Empty()) return b;
-  if (b.Empty()) return a;
-  return {glm::min(a.lower, b.lower), glm::max(a.upper, b.upper)};
-}
-
 PixelRect WholePicture(const CameraIntrinsics& intrinsics) {
   return {{0, 0}, {intrinsics.width_px, intrinsics.height_px}};
 }

@@ -339,6 +339,38 @@ TEST(SampleSelection, FollowsTheSurfacesWhereTheCameraMoves) {
   }
 }
 
+// Of a view that shows nothing else, it follows the same samples.
+TEST(SampleSelection, FollowingReadsOnlyThePixelsThatItStates) {
+  const GroundFromAbove first({0.0, 0.0});
+  SampleSet set;
+  first.Draw(set);
+  const GroundFromAbove whole({0.25, 0.1});
+  SampleSet of_whole = set;
+  whole.Follow(of_whole);
+  const std::vector<PixelRect> rects = set.PixelsFollowed(whole.view.camera);
+  EXPECT_GE(rects.size(), static_cast<std::size_t>(of_whole.Size()));
+  GroundFromAbove part = whole;
+  int left_out = 0;
+  for (int y = 0; y < part.view.Height(); ++y) {
+    for (int x = 0; x < part.view.Width(); ++x) {
+      const bool is_read = std::ranges::any_of(rects, [&](const PixelRect& rect) {
+        return rect.Holds({x, y});
+      });
+      if (is_read) continue;
+      const std::size_t pixel = part.view.region.Index(x, y);
+      part.view.region.pixels[pixel] = SurfaceView::kNoRegion;
+      part.view.may_be_sampled.pixels[pixel] = 0;
+      part.view.albedo_rgb.pixels[pixel] = glm::vec3(0.0f);
+      part.view.edge_distance_px.pixels[pixel] = 0.0f;
+      ++left_out;
+    }
+  }
+  EXPECT_GT(left_out, 100);
+  part.Follow(set);
+  EXPECT_EQ(part.Pixels(set), whole.Pixels(of_whole));
+  EXPECT_TRUE(set.PixelsFollowed(GroundFromAbove({50.0, 0.0}).view.camera).empty());
+}
+
 TEST(SampleSelection, LeavesWhatIsHiddenOrOutOfView) {
   const GroundFromAbove open({0.0, 0.0});
   SampleSet set;

@@ -59,6 +59,72 @@ TEST(PixelBlocks, CornersAreDoneBeforeWhatLiesBetween) {
   }
 }
 
+// A pixel belongs to its block; a corner is done with any block around it.
+bool IsDone(const PixelBlocks& blocks, int x, int y) {
+  for (int row = 0; row < blocks.Rows(); ++row) {
+    for (int column = 0; column < blocks.Columns(); ++column) {
+      if (blocks.WorkOf(blocks.Index(column, row)) != PixelBlocks::Work::kDone) continue;
+      const PixelBlock block = blocks.At(column, row);
+      const bool is_own = x >= block.left && x < block.end_x && y >= block.top && y < block.end_y;
+      const bool is_corner =
+          (x == block.left || x == block.right) && (y == block.top || y == block.bottom);
+      if (is_corner || (is_own && !(blocks.IsCornerColumn(x) && blocks.IsCornerRow(y))))
+        return true;
+    }
+  }
+  return false;
+}
+
+// In each of several steps other blocks are chosen: what was done and no longer is gets blanked,
+// and what is blank is left alone.
+TEST(PixelBlocks, ChosenBlocksAreDoneAndTheOthersAreBlank) {
+  constexpr int kBlank = 0;
+  for (const Size& size : kSizes) {
+    if (size.side_px == 1) continue;
+    Image<int> image(size.width, size.height, 1);
+    PixelBlocks before(size.width, size.height, size.side_px);
+    for (int step = 2; step < 6; ++step) {
+      PixelBlocks blocks(size.width, size.height, size.side_px);
+      std::vector<std::uint8_t> is_chosen(blocks.Count(), 0);
+      for (std::size_t i = 0; i < is_chosen.size(); ++i) is_chosen[i] = (i + step) % 3 == 0 ? 1 : 0;
+      blocks.Choose(is_chosen, before);
+      int blanked = 0;
+      ForCorners(
+          blocks,
+          [&](int y, std::span<const std::uint8_t> wanted) {
+            for (int x = 0; x < size.width; ++x) {
+              if (wanted[static_cast<std::size_t>(x)] != 0) image.At(x, y) = step;
+            }
+          },
+          [&](std::size_t pixel) { image.pixels[pixel] = kBlank; });
+      ForBetweenCorners(
+          blocks,
+          [&](int y, std::span<const std::uint8_t> wanted) {
+            for (int x = 0; x < size.width; ++x) {
+              if (wanted[static_cast<std::size_t>(x)] != 0) image.At(x, y) = step;
+            }
+          },
+          [&](int column, int row, const PixelBlock& block) {
+            if ((column + row) % 2 == 0) return false;
+            block.ForPixelsBetween([&](int x, int y) { image.At(x, y) = step; });
+            return true;
+          },
+          [&](std::size_t pixel) {
+            blanked += image.pixels[pixel] != kBlank ? 1 : 0;
+            image.pixels[pixel] = kBlank;
+          });
+      for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+          EXPECT_EQ(image.At(x, y), IsDone(blocks, x, y) ? step : kBlank)
+              << size.width << "x" << size.height << ", pixel " << x << " " << y;
+        }
+      }
+      EXPECT_TRUE(blocks.Count() <= 3 || blanked > 0);
+      before = blocks;
+    }
+  }
+}
+
 // To some roundings of values below 10; corners and other blocks' pixels stay.
 TEST(PixelBlocks, FillsBetweenAsItBlends) {
   for (const Size& size : kSizes) {

@@ -1,5 +1,6 @@
 #include "relight/surface_view_builder.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -208,6 +209,103 @@ TEST(SurfaceViewBuilder, LightOnSurfacesDoesNotDependOnTheWayThere) {
   EXPECT_EQ(a.sky_response[0].pixels, b.sky_response[0].pixels);
   EXPECT_EQ(a.sun_bounce.pixels, b.sun_bounce.pixels);
   EXPECT_EQ(a.sun_visibility.pixels, b.sun_visibility.pixels);
+}
+
+// All that a view has at a pixel, but for the distance to an edge.
+bool IsAlike(const SurfaceView& a, const SurfaceView& b, std::size_t pixel) {
+  const auto is_alike = [pixel](const auto& image, const auto& other) {
+    return image.pixels[pixel] == other.pixels[pixel];
+  };
+  return is_alike(a.region, b.region) && is_alike(a.position_world_m, b.position_world_m) &&
+         is_alike(a.normal_world, b.normal_world) && is_alike(a.albedo_rgb, b.albedo_rgb) &&
+         is_alike(a.albedo_measured, b.albedo_measured) &&
+         is_alike(a.may_be_sampled, b.may_be_sampled) &&
+         is_alike(a.footprint_radius_px, b.footprint_radius_px) &&
+         is_alike(a.sky_response[0], b.sky_response[0]) &&
+         is_alike(a.sun_visibility, b.sun_visibility) && is_alike(a.sun_bounce, b.sun_bounce);
+}
+
+bool IsBlank(const SurfaceView& view, std::size_t pixel) {
+  return view.region.pixels[pixel] == SurfaceView::kNoRegion &&
+         view.normal_world.pixels[pixel] == glm::vec3(0.0f) &&
+         view.albedo_rgb.pixels[pixel] == glm::vec3(0.0f) &&
+         view.may_be_sampled.pixels[pixel] == 0 && view.sun_visibility.pixels[pixel] == 0.0f &&
+         view.sky_response[0].pixels[pixel] == glm::vec3(0.0f) &&
+         view.sun_bounce.pixels[pixel] == glm::vec3(0.0f);
+}
+
+// A part after the whole, and other parts after that: each is as in the whole view of its camera,
+// and nothing of the one before remains.
+TEST(SurfaceViewBuilder, APartOfAViewIsAsInTheWhole) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  SurfaceViewBuilder builder(ThePreparedSite(), OnSurfaces());
+  builder.Update(kCamera, sun, kRadius, kUniform, {});
+  const ViewPart left{{{{-5, 10}, {21, 40}}}, nullptr};
+  const ViewPart right{{{{60, 30}, {200, 71}}, {{3, 3}, {5, 5}}, {{-9, -9}, {-2, -2}}}, nullptr};
+  const ViewPart near_a_place{{}, [](std::int32_t, const glm::vec3& place_m) {
+                                return glm::distance(place_m, glm::vec3(1.0f, -3.0f, 0.0f)) < 1.0f;
+                              }};
+  double x_m = 0.9;
+  for (const ViewPart& part : {left, right, near_a_place}) {
+    const Camera camera = LookingNorth({x_m -= 0.1, -6.0, 2.0});
+    SurfaceViewBuilder fresh(ThePreparedSite(), OnSurfaces());
+    const SurfaceView& whole = fresh.Update(camera, sun, kRadius, kUniform, {});
+    const SurfaceView& view = builder.Update(camera, At(sun), kUniform, {}, &part);
+    int made = 0;
+    for (int y = 0; y < view.Height(); ++y) {
+      for (int x = 0; x < view.Width(); ++x) {
+        const std::size_t pixel = view.region.Index(x, y);
+        const bool is_wanted = std::ranges::any_of(part.rects, [&](const PixelRect& rect) {
+          return rect.Holds({x, y});
+        });
+        const bool shows_place = part.looks_at &&
+                                 whole.region.pixels[pixel] != SurfaceView::kNoRegion &&
+                                 part.looks_at(0, whole.position_world_m.pixels[pixel]);
+        EXPECT_TRUE(IsAlike(view, whole, pixel) ||
+                    (!is_wanted && !shows_place && IsBlank(view, pixel)))
+            << x << " " << y;
+        made += view.region.pixels[pixel] != SurfaceView::kNoRegion ? 1 : 0;
+        // The part's own rim is an edge, and not near.
+        if (shows_place) {
+          EXPECT_EQ(std::min(view.edge_distance_px.pixels[pixel], 7.0f),
+                    std::min(whole.edge_distance_px.pixels[pixel], 7.0f));
+        }
+      }
+    }
+    EXPECT_GT(made, 100);
+    EXPECT_LT(made, view.Width() * view.Height() / 2);
+  }
+  const Camera camera = builder.View().camera;
+  SurfaceViewBuilder fresh(ThePreparedSite(), OnSurfaces());
+  const SurfaceView& whole = fresh.Update(camera, sun, kRadius, kUniform, {});
+  const SurfaceView& completed = builder.WholeView();
+  for (std::size_t i = 0; i < whole.region.pixels.size(); ++i) {
+    ASSERT_TRUE(IsAlike(completed, whole, i));
+    ASSERT_EQ(completed.edge_distance_px.pixels[i], whole.edge_distance_px.pixels[i]);
+  }
+}
+
+// The same camera again, and no part: the view is made anew. A polygon or receivers in the picture
+// ask for all of it.
+TEST(SurfaceViewBuilder, APartDoesNotStandForTheWhole) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const ViewPart nothing;
+  SurfaceViewBuilder builder(SiteWithoutAMap(), OnSurfaces());
+  const SurfaceView& view = builder.Update(kCamera, At(sun), kUniform, {}, &nothing);
+  const auto shows_nothing = [&] {
+    return std::ranges::all_of(
+        view.region.pixels, [](std::int32_t region) { return region == SurfaceView::kNoRegion; });
+  };
+  EXPECT_TRUE(shows_nothing());
+  EXPECT_FALSE(builder.Stands(kCamera, {}));
+  builder.Update(kCamera, At(sun), kUniform, {});
+  EXPECT_FALSE(shows_nothing());
+  const std::vector<SampleRegionPolygon> all{{"", {{0, 0}, {95, 0}, {95, 71}, {0, 71}}}};
+  builder.Update(LookingNorth({0.8, -6.0, 2.0}), At(sun), kUniform, all, &nothing);
+  EXPECT_FALSE(shows_nothing());
+  SurfaceViewBuilder in_picture = Builder(SiteWithoutAMap());
+  const SurfaceView& by_pixels = in_picture.Update(kCamera, At(sun), kUniform, {}, &nothing);
+  EXPECT_GT(by_pixels.region.pixels.back(), SurfaceView::kNoRegion);
 }
 
 TEST(SurfaceViewBuilder, ASunMadeAheadIsTakenByAMovedCamera) {
