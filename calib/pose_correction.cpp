@@ -15,6 +15,7 @@
 #include <glm/matrix.hpp>
 
 #include "calib/internal/check_number.h"
+#include "calib/internal/edge_adjustment.h"
 #include "calib/internal/edge_view.h"
 #include "calib/internal/reprojection.h"
 #include "calib/internal/residual_text.h"
@@ -35,29 +36,11 @@ constexpr double kOtherShare = 0.3;
 // A picture with less than this share of the steps of the one that has most is left out: night,
 // fog.
 constexpr double kFewSteps = 0.5;
-// That a stated pose is off by some pixels, against its being right to a fraction of one, before
-// the pictures are looked at: three to one. An assumption.
-const double kLogOddsBeforehand = std::log(3.0);
 // How far a mesh's edges may be off, standard deviations: surveyed, drawn by hand, guessed.
 constexpr double kMeshSigmasM[] = {0.01, 0.03, 0.09};
 // A pose farther from the stated one than its deviations allow is another edge's: the 0.9999
 // quantile of chi-squared with six degrees of freedom.
 constexpr double kMostSquaredSigmas = 27.9;
-
-// A rotation vector and a translation that move `from` to `to`: MovedPose(from, result) is `to`.
-Motion MotionBetween(const glm::dmat4& from, const glm::dmat4& to) {
-  const glm::dmat4 moved = to * glm::inverse(from);
-  Motion motion;
-  std::array<double, 9> rotation{};
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) {
-      rotation[static_cast<std::size_t>(3 * column + row)] = moved[column][row];
-    }
-  }
-  ceres::RotationMatrixToAngleAxis(rotation.data(), motion.data());
-  for (int row = 0; row < 3; ++row) motion[3 + row] = moved[3][row];
-  return motion;
-}
 
 // A step of the search.
 struct SearchStep {
@@ -75,28 +58,26 @@ struct Posterior {
   double found_share = 0.0;  // Of the edges, in the pictures within kNearPx.
 };
 
-// A place on an edge that the stated pose sees, and how much one picture's match of it counts.
-struct FixedPlace {
-  std::size_t edge = 0;
-  glm::dvec3 point_m{0.0};
-  glm::dvec3 along_m{0.0};  // The edge's direction, unit.
-  double share = 0.0;
+// Places, and how much one picture's match of each counts.
+struct JudgedPlaces {
+  std::vector<FixedPlace> places;
+  std::vector<double> shares;
 };
 
 // The places that all poses are judged by: those of another pose could be fewer, and so better.
-std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
-                                      std::span<const MeshEdge> edges,
-                                      const PictureSlopes& picture,
-                                      const glm::dmat4& stated,
-                                      std::size_t pictures) {
+JudgedPlaces JudgedPlacesOf(const EdgeView& view,
+                            std::span<const MeshEdge> edges,
+                            const PictureSlopes& picture,
+                            const glm::dmat4& stated,
+                            std::size_t pictures) {
   const std::vector<EdgePlace> visible = view.PlacesOf(stated, picture, kMostVisiblePlaces);
   const std::size_t count = std::min(visible.size(), kMostJudgedPlaces);
-  std::vector<FixedPlace> places;
+  JudgedPlaces judged;
   std::vector<EdgeMatch> matches;
   for (std::size_t i = 0; i < count; ++i) {
     const EdgePlace& place = visible[i * visible.size() / count];
     const MeshEdge& edge = edges[place.edge];
-    places.push_back({place.edge, place.point_m, glm::normalize(edge.to_m - edge.from_m)});
+    judged.places.push_back({place.edge, place.point_m, glm::normalize(edge.to_m - edge.from_m)});
     matches.push_back({place.edge, {place.point_m, place.pixel}, place.normal});
   }
   // An edge is displaced as a whole, in all pictures alike, each of its ends by itself: however
@@ -109,35 +90,31 @@ std::vector<FixedPlace> FixedPlacesOf(const EdgeView& view,
     sizes[group.number] += static_cast<double>(pictures);
   }
   for (std::size_t i = 0; i < count; ++i) {
-    places[i].share = std::min(1.0, kMeasurementsAnEdge / sizes[group_of[i].number]);
+    judged.shares.push_back(std::min(1.0, kMeasurementsAnEdge / sizes[group_of[i].number]));
   }
-  return places;
+  return judged;
 }
 
-// The stated pose as a normal distribution.
-struct PosePrior {
-  PosePrior(const glm::dmat4& stated, const PoseCorrectionOptions& options) : pose(stated) {
-    sigmas.head<3>().setConstant(options.rotation_sigma_rad);
-    sigmas.tail<3>().setConstant(options.position_sigma_m);
-  }
-
-  glm::dmat4 pose;
-  Motion sigmas;  // About and along the camera's axes.
-};
+PosePrior PriorOf(const glm::dmat4& stated, const PoseCorrectionOptions& options) {
+  PosePrior prior{stated, {}};
+  prior.sigmas.head<3>().setConstant(options.rotation_sigma_rad);
+  prior.sigmas.tail<3>().setConstant(options.position_sigma_m);
+  return prior;
+}
 
 class PoseEvidence {
  public:
-  // Keeps references to view, pictures and places.
+  // Keeps references to view, pictures and judged.
   PoseEvidence(const EdgeView& view,
                std::span<const PictureSlopes* const> pictures,
-               std::span<const FixedPlace> places,
+               const JudgedPlaces& judged,
                const PosePrior& prior,
                double reach_px)
-      : view_(view), pictures_(pictures), places_(places), prior_(prior) {
+      : view_(view), pictures_(pictures), judged_(judged), prior_(prior) {
     double steps = 1.0;  // One more, so that none is not impossible.
     double searched_px = 1.0;
-    for (const FixedPlace& place : places) {
-      const auto here = PlaceAt(place, prior.pose);
+    for (const FixedPlace& place : judged.places) {
+      const auto here = PlaceAt(view, *pictures.front(), place, prior.pose);
       if (!here) continue;
       for (const PictureSlopes* slopes : pictures) {
         steps += static_cast<double>(StepsAlong(*slopes, *here, reach_px).size());
@@ -151,6 +128,7 @@ class PoseEvidence {
   double SquaredSigmas(const glm::dmat4& pose) const {
     return MotionBetween(prior_.pose, pose).cwiseQuotient(prior_.sigmas).squaredNorm();
   }
+  double StepsPerPx() const { return steps_per_px_; }
   // Share of edges that a picture's other edges are near, by chance.
   double ChanceShare(double reach_px) const {
     return 1.0 - std::exp(-2.0 * std::min(kNearPx, reach_px) * steps_per_px_);
@@ -166,19 +144,21 @@ class PoseEvidence {
     std::vector<EdgeMatch> matches;  // Those with a step within reach.
     std::vector<double> shares;
     double all_shares = 0.0;
-    for (const FixedPlace& place : places_) {
-      std::optional<EdgePlace> here = PlaceAt(place, pose);
+    for (std::size_t i = 0; i < judged_.places.size(); ++i) {
+      const FixedPlace& place = judged_.places[i];
+      const double share = judged_.shares[i];
+      std::optional<EdgePlace> here = PlaceAt(view_, *pictures_.front(), place, pose);
       for (const PictureSlopes* slopes : pictures_) {
-        all_shares += place.share;
+        all_shares += share;
         if (here) here->steps_px = StepsAlong(*slopes, *here, step.reach_px);
         const double nearest = here ? here->NearestPx() : std::numeric_limits<double>::infinity();
         if (std::isfinite(nearest)) {
           const glm::dvec2 pixel = here->pixel + nearest * here->normal;
           matches.push_back({place.edge, {place.point_m, pixel}, here->normal});
-          shares.push_back(place.share);
+          shares.push_back(share);
         } else {
           const double sigma_px = SigmaPx(place.point_m, pose, step);
-          posterior.log_density += place.share * std::log(OtherEdges(sigma_px) / sigma_px);
+          posterior.log_density += share * std::log(OtherEdges(sigma_px) / sigma_px);
         }
       }
     }
@@ -203,19 +183,6 @@ class PoseEvidence {
   }
 
  private:
-  // Where a pose puts a place; none outside of the picture.
-  std::optional<EdgePlace> PlaceAt(const FixedPlace& place, const glm::dmat4& pose) const {
-    constexpr double kAlongM = 0.01;
-    constexpr double kMarginPx = 4.0;
-    const auto here = view_.Project(pose, place.point_m);
-    const auto beside = view_.Project(pose, place.point_m + kAlongM * place.along_m);
-    if (!here || !beside || !pictures_.front()->Holds(*here, kMarginPx)) return std::nullopt;
-    const glm::dvec2 along = *beside - *here;
-    const double length = glm::length(along);
-    if (!(length > 0.0)) return std::nullopt;
-    return EdgePlace{place.edge, place.point_m, *here, glm::dvec2(-along.y, along.x) / length, {}};
-  }
-
   double SigmaPx(const glm::dvec3& point_m, const glm::dmat4& pose, const SearchStep& step) const {
     const double depth_m = std::max(1e-3, (pose * glm::dvec4(point_m, 1.0)).z);
     return step.loosened *
@@ -230,7 +197,7 @@ class PoseEvidence {
 
   const EdgeView& view_;
   std::span<const PictureSlopes* const> pictures_;
-  std::span<const FixedPlace> places_;
+  const JudgedPlaces& judged_;
   PosePrior prior_;
   double steps_per_px_ = 0.0;  // Of all of the pictures' steps of light, along the places' normals.
 };
@@ -253,6 +220,14 @@ std::vector<std::size_t> PicturesWithEdges(const EdgeView& view,
     if (steps[i] >= kFewSteps * most) with_edges.push_back(i);
   }
   return with_edges;
+}
+
+// Height of what the mesh has below the camera.
+std::optional<double> GroundBelow(const glm::dmat4& pose, const RayCaster& rays) {
+  const glm::dvec3 eye(glm::inverse(pose)[3]);
+  const auto hit = rays.Intersect(glm::vec3(eye), glm::vec3(0.0f, 0.0f, -1.0f));
+  if (!hit) return std::nullopt;
+  return static_cast<double>(hit->position_m.z);
 }
 
 // What the deviation of a pose moves the edges' places in the picture by, root mean square.
@@ -310,17 +285,17 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     rough_pictures.push_back(&coarse[i]);
     fine_pictures.push_back(&fine[i]);
   }
-  const std::vector<FixedPlace> places =
-      FixedPlacesOf(view, joined, fine.front(), stated, fine_pictures.size());
+  const JudgedPlaces judged =
+      JudgedPlacesOf(view, joined, fine.front(), stated, fine_pictures.size());
   PoseCorrection result;
   result.camera_from_world = stated;
-  if (places.size() < kFewestEdgePlaces) {
+  if (judged.places.size() < kFewestEdgePlaces) {
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
-  const PosePrior prior(stated, options);
-  const PoseEvidence rough_evidence(view, rough_pictures, places, prior, reach_px);
-  const PoseEvidence evidence(view, fine_pictures, places, prior, reach_px);
+  const PosePrior prior = PriorOf(stated, options);
+  const PoseEvidence rough_evidence(view, rough_pictures, judged, prior, reach_px);
+  const PoseEvidence evidence(view, fine_pictures, judged, prior, reach_px);
   const auto last = [&](double mesh_sigma_m) {
     return SearchStep{mesh_sigma_m, 0.5 * reach_px, 1.0};
   };
@@ -358,7 +333,6 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   double log_exact = -std::numeric_limits<double>::infinity();
   double log_off = log_exact;
   const glm::dmat4 usual = best;
-  Posterior of_best;
   for (const double mesh_sigma_m : kMeshSigmasM) {
     log_exact = std::max(log_exact, evidence.At(stated, last(mesh_sigma_m)).log_density);
     const glm::dmat4 pose = moved(usual, evidence, last(mesh_sigma_m));
@@ -368,14 +342,24 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     if (!(log_evidence > log_off)) continue;
     log_off = log_evidence;
     best = pose;
-    of_best = at;
-    result.mesh_sigma_m = mesh_sigma_m;
+    result.found_share = at.found_share;
   }
-  result.log_odds = kLogOddsBeforehand + log_off - log_exact;
-  result.found_share = of_best.found_share;
+  const EdgePictures seen{view,
+                          joined,
+                          judged.places,
+                          fine_pictures,
+                          evidence.StepsPerPx(),
+                          GroundBelow(stated, model.rays)};
+  // The search takes edges to be off each by itself. Where it finds no pose that is more likely,
+  // the stated one may still be off by less than it sees.
+  const bool found_other = log_off + std::log(kOddsBeforehand) > log_exact;
+  const EdgeAdjustment adjusted = AdjustPoseAndMesh(seen, prior, found_other ? best : stated);
+  best = adjusted.camera_from_world;
+  result.log_odds = adjusted.log_odds;
+  result.mesh_sigma_m = adjusted.mesh_sigma_m;
   result.chance_share = evidence.ChanceShare(0.5 * reach_px);
   result.shift_px = ShiftPx(view, fine.front(), stated, best);
-  result.shift_sigma_px = ShiftSigmaPx(view, fine.front(), best, of_best.information.inverse());
+  result.shift_sigma_px = ShiftSigmaPx(view, fine.front(), best, adjusted.covariance);
   if (!(result.found_share >= result.chance_share + kLeastShareOverChance)) {
     result.reason = NumberText("%.0f %%", 100.0 * result.found_share) +
                     " of the mesh's edges are found in the pictures, where chance finds " +

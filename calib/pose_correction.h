@@ -37,24 +37,26 @@ struct PoseCorrection {
   glm::dmat4 camera_from_world{1.0};
   double shift_px = 0.0;        // Median shift of the mesh's visible edges in the picture.
   double shift_sigma_px = 0.0;  // What remains unknown of it, root mean square.
-  double mesh_sigma_m = 0.0;    // How far the mesh's edges are off, standard deviation.
-  double found_share = 0.0;     // Share of the mesh's edges that the pictures show.
-  double chance_share = 0.0;    // Expected of the pictures' other edges, by chance.
+  // How far the mesh's corners are off along each axis, standard deviation: the likeliest.
+  double mesh_sigma_m = 0.0;
+  double found_share = 0.0;   // Share of the mesh's edges that the pictures show.
+  double chance_share = 0.0;  // Expected of the pictures' other edges, by chance.
   // Natural logarithm of the odds that the stated pose is off, by the deviations that are expected,
   // against its being exact.
   double log_odds = 0.0;
 };
 
-// The most likely pose, given the stated one and the edges in all of the pictures. Shadows and
-// things that the mesh lacks have edges, too. So the stated pose counts as a measurement with its
-// deviations, and the influence of each place is limited. Each edge of the mesh counts once, over
-// all of its length and all pictures. How far the mesh is off follows from the pictures, too: with
-// a mesh that is far off, edges that are elsewhere say little of the pose. The stated pose is kept
-// where it is more likely exact than off.
+// The mean pose, given the stated one and the edges in all of the pictures. Shadows and things that
+// the mesh lacks have edges, too. So the stated pose counts as a measurement with its deviations,
+// and the influence of each place is limited. A search from several turned starts takes each edge
+// to be off by itself. Its end is adjusted together with the mesh: corners are displaced, with the
+// edges that meet there, and edges that do not agree with the others count less. How far the mesh
+// is off follows from the pictures, too: with a mesh that is far off, edges that are elsewhere say
+// little of the pose. The stated pose is kept where it is more likely exact than off.
 //
 // `pictures`  of one camera at one pose, at least one; best from different times of the day.
-// Source      As RefinePoseByEdges, with a normal prior on the pose.
-// Cost        some 0.05 s of one thread for each picture of 640 x 480.
+// Source      As RefinePoseByEdges, with a normal prior on the pose and on the mesh's corners.
+// Cost        some 0.05 s of one thread for each picture of 640 x 480, and 0.3 s.
 // Throws      std::invalid_argument: no picture, one of another size than the lens's; as Validate.
 PoseCorrection CorrectPoseByEdges(const Lens& lens,
                                   std::span<const Rgb8Image> pictures,

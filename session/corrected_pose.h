@@ -14,7 +14,7 @@ namespace pleinair {
 // as a line of text; empty where the stated pose stays. It stays for a camera that moves, for a
 // site without frames, where it is stated as exact, and where frames do not contradict it.
 //
-// Cost  about 0.2 s for a camera of 640 x 480.
+// Cost  about 0.5 s for a camera of 640 x 480.
 std::string CorrectPose(const SessionOptions& options, const Mesh& mesh, Sequence& sequence);
 
 }  // namespace pleinair

@@ -103,6 +103,41 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
   EXPECT_LT(sigma_px, stated_px / 2.0);
 }
 
+// A careful site: poses that are off by a fifth of what is expected, or half a pixel, and a mesh
+// that is off by some millimetres.
+TEST_F(PoseCorrectionTest, SeesPosesThatAreOffByFractionsOfAPixel) {
+  const PoseCorrectionOptions expected;
+  constexpr unsigned kDraws = 8;
+  double stated_squares = 0.0;
+  double corrected_squares = 0.0;
+  for (unsigned seed = 0; seed < kDraws; ++seed) {
+    const Mesh real = Displaced(mesh_, 0.003, seed);
+    const Rgb8Image picture = PictureOf(real, camera_, kVillagePose, 3 * seed);
+    const double factor = 0.2 * std::sqrt(3.0);  // Three axes.
+    const glm::dmat4 stated = Moved(kVillagePose,
+                                    factor * expected.rotation_sigma_rad,
+                                    factor * expected.position_sigma_m,
+                                    seed);
+    stated_squares += std::pow(OffPx(stated), 2);
+    corrected_squares += std::pow(OffPx(Correct({&picture, 1}, stated).camera_from_world), 2);
+  }
+  const double stated_px = std::sqrt(stated_squares / kDraws);
+  EXPECT_LT(stated_px, 1.0) << "the draws are of the size that is meant";
+  EXPECT_LT(std::sqrt(corrected_squares / kDraws), 0.6 * stated_px);
+}
+
+// A house that is drawn 10 cm too high, or 3 px: the other edges agree on the pose.
+TEST_F(PoseCorrectionTest, WrongRoofDoesNotTiltTheCamera) {
+  Mesh real = mesh_;
+  for (glm::vec3& corner : real.positions_m) corner.z -= corner.z == 5.0f ? 0.1f : 0.0f;
+  for (unsigned seed = 0; seed < 3; ++seed) {
+    const Rgb8Image picture = PictureOf(real, camera_, kVillagePose, seed);
+    EXPECT_LT(OffPx(Correct({&picture, 1}, kVillagePose).camera_from_world), 0.5) << seed;
+    const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(0.5), 0.05, seed);
+    EXPECT_LT(OffPx(Correct({&picture, 1}, stated).camera_from_world), 1.0) << seed;
+  }
+}
+
 // Shadows, people and noise do not move a pose that is right.
 TEST_F(PoseCorrectionTest, KeepsAPoseThatAgrees) {
   for (unsigned seed = 0; seed < 4; ++seed) {
