@@ -53,7 +53,8 @@ void ExposureWatch::ReadPatches(const Frame& frame, const SurfaceView& view) {
       const bool faces_sun = glm::dot(view.normal_world.pixels[pixel],
                                       glm::vec3(view.sun_direction_enu)) >= kLeastSunCosine;
       if (view.region.pixels[pixel] == SurfaceView::kNoRegion) {
-        patch.lit = Lit::kSky;
+        // In a part of a view that may be anything.
+        patch.lit = view.is_whole ? Lit::kSky : Lit::kMixed;
       } else if (visibility <= kFullyShaded) {
         patch.lit = Lit::kShade;
       } else if (visibility >= kFullyLit && faces_sun) {

@@ -95,8 +95,8 @@ class FisheyeLightingSource final : public LightingSource {
       prior.information(3 + c, 3 + c) += 1.0 / (stddev * stddev);
       prior.information_times_mean[3 + c] += sky[c] / (stddev * stddev);
     }
-    fitter_.Forget();  // The samples are others from frame to frame.
-    const LightingFit fit = fitter_.Fit(samples_, prior, true);
+    // The samples are others from frame to frame.
+    const LightingFit fit = fitter_.Fit(samples_, prior, true, FitStart::kAnew);
     MarkRejected(fit, samples_);
     glm::dvec3 stddev(0.0);
     double beam = 0.0;

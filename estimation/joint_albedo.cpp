@@ -135,8 +135,9 @@ class JointFit {
         scaled.sun_transport_rgb *= albedo;
         for (glm::dvec3& sky : scaled.sky_transport_rgb) sky *= albedo;
       }
-      fitter_.Forget();  // The frames are of other times.
-      found_.lights[f] = fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up);
+      // The frames are of other times.
+      found_.lights[f] =
+          fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up, FitStart::kAnew);
     }
   }
 

@@ -162,7 +162,7 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, do
     Restart(units);
   }
   late_frames_ = 0;
-  Forget(raw.time);
+  DropOldEntries(raw.time);
   Add(raw, misfit);
   usual_misfit_ = UsualMisfit();
   std::array<bool, 2> has_ended{};
@@ -193,7 +193,7 @@ void LightingFilter::Restart(LightUnits units) {
   fading_.clear();
 }
 
-void LightingFilter::Forget(UtcTime now) {
+void LightingFilter::DropOldEntries(UtcTime now) {
   while (!entries_.empty() &&
          (SecondsBetween(entries_.front().lighting.time, now) > options_.memory_s ||
           entries_.size() >= static_cast<std::size_t>(options_.most_frames))) {

@@ -125,7 +125,7 @@ class LightingFilter {
 
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
-  void Forget(UtcTime now);
+  void DropOldEntries(UtcTime now);
   void Add(const Lighting& raw, double misfit);
   void UpdateNoise(std::size_t light);
   double NoiseShare(std::size_t light) const;

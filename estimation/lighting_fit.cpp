@@ -346,7 +346,8 @@ LightingFitter& LightingFitter::operator=(LightingFitter&&) noexcept = default;
 
 LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
                                 const LightingPrior& prior,
-                                bool sun_is_up) {
+                                bool sun_is_up,
+                                FitStart start) {
   const Eigen::Index lights = 3 * (1 + prior.sky_shapes);
   if (prior.sky_shapes < 1 || prior.sky_shapes > kMaxSkyShapes ||
       prior.information.rows() != lights || prior.information_times_mean.size() != lights) {
@@ -364,6 +365,7 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   fit.irradiance_rgb = LightVector::Zero(lights);
   impl_->options.shared_error = std::max(impl_->given_options.shared_error, prior.albedo_stddev);
   impl_->is_ambiguous = false;
+  if (start == FitStart::kAnew) impl_->last_irradiance_rgb.resize(0);
   impl_->Load(samples, prior, sun_is_up, prior.camera.exponent);
   fit.samples_used = impl_->problem.sample_count;
   fit.samples_ignored = impl_->problem.ignored;
@@ -381,12 +383,10 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   }
   impl_->began_anew = is_new;
   impl_->WeighAgainstHiddenSun(prior, x, fit);
-  impl_->last_irradiance_rgb = fit.irradiance_rgb;
-  if (impl_->is_ambiguous) Forget();
+  // A blend of two lights is neither of them.
+  impl_->last_irradiance_rgb = impl_->is_ambiguous ? LightVector() : fit.irradiance_rgb;
   return fit;
 }
-
-void LightingFitter::Forget() { impl_->last_irradiance_rgb.resize(0); }
 
 LightingFit FitLighting(std::span<const DiffuseSample> samples,
                         const LightingPrior& prior,

@@ -71,6 +71,12 @@ inline constexpr double kObservableSunSigma = 0.15;
 // Whether the samples of `fit` determine the sun; `clear_sky_beam` is the mean over RGB.
 bool DeterminesSun(const LightingFit& fit, double clear_sky_beam);
 
+// Where a fit starts.
+enum class FitStart {
+  kLast,  // At the last fit's light, where it explains the samples as well; else as kAnew.
+  kAnew,  // At the robust start: for a frame of another time or place.
+};
+
 // Minimises, over P >= 0 and with sun and sky as unknowns per channel,
 //   sum_i rho(d_i) + prior,   d_i^2 = mean over RGB of ((radiance - predicted) / noise)^2,
 // where the noise is proportional to the predicted radiance. Errors that samples of one plane share
@@ -93,10 +99,8 @@ class LightingFitter {
   // fit the prior's matrices, or prior.beam_shape is not below it.
   LightingFit Fit(std::span<const DiffuseSample> samples,
                   const LightingPrior& prior,
-                  bool sun_is_up);
-
-  // The next fit does not start at the last one's light: for a frame of another time or place.
-  void Forget();
+                  bool sun_is_up,
+                  FitStart start = FitStart::kLast);
 
  private:
   struct Impl;

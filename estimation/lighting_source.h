@@ -100,11 +100,13 @@ class LightingSource {
   // last call. The basis lives until the next call. `sun` may be a step of time off the frame's.
   virtual tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                            const SunState& sun) = 0;
-  // Before a frame of a camera that has moved: the pixels of its view that Estimate will look at,
-  // so that the others need not be made. None: any of them.
-  virtual std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& /*camera*/) {
+  // Before a frame of a camera that has moved: the pixels of its view that Estimate is likely to
+  // look at, so that the others need not be made. None: any of them.
+  virtual std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& /*camera*/) const {
     return std::nullopt;
   }
+  // Whether Estimate can do with a view of these pixels alone; else it needs the whole view.
+  virtual bool IsServedBy(const LightingObservation& /*observation*/) const { return true; }
   // Estimates the light of one frame, after BasisFor the same frame.
   virtual tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) = 0;

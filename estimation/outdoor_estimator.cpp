@@ -222,9 +222,10 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   // A wrong model may favour either of two starts: frames of a recording, minutes apart, are each
   // fitted without the last one.
   const auto since = last_time_ ? conditions.time - *last_time_ : UtcTime::duration::max();
-  if (since < UtcTime::duration::zero() || since > kStartsAtTheLast) fitter_.Forget();
+  const bool continues = since >= UtcTime::duration::zero() && since <= kStartsAtTheLast;
   last_time_ = conditions.time;
-  LightingFit fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
+  LightingFit fit = fitter_.Fit(
+      samples, expectation.prior, sun_is_up, continues ? FitStart::kLast : FitStart::kAnew);
   // Surfaces that are all in the sun contain little evidence of the sky, and errors of the model
   // may result in a sky of 0.
   if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held &&

@@ -90,14 +90,17 @@ class OutdoorLightingSource final : public LightingSource {
     return SkyBasis(basis_);
   }
 
-  std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& camera) override {
-    looks_at_part_ = false;
-    if (!drawn_ || wants_whole_view_ || camera.intrinsics != camera_.intrinsics)
-      return std::nullopt;
+  std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& camera) const override {
+    if (!drawn_ || camera.intrinsics != camera_.intrinsics) return std::nullopt;
     std::vector<PixelRect> pixels = set_.PixelsFollowed(camera);
-    looks_at_part_ = static_cast<double>(pixels.size()) >= kLeastShareInView * drawn_size_;
-    if (!looks_at_part_) return std::nullopt;
+    if (static_cast<double>(pixels.size()) < kLeastShareInView * drawn_size_) return std::nullopt;
     return pixels;
+  }
+
+  bool IsServedBy(const LightingObservation& observation) const override {
+    if (!SetFits(observation.view) && !CanFollow(observation.view)) return false;
+    SampleSet followed = set_;
+    return FollowIn(observation, followed) >= kLeastShareOfKeptSet * drawn_size_;
   }
 
   tl::expected<LightingEstimate, LightingFailure> Estimate(
@@ -155,9 +158,6 @@ class OutdoorLightingSource final : public LightingSource {
   std::uint64_t sky_version_ = 0;
   std::uint64_t sun_version_ = 0;
   Camera camera_;
-  // Of a view of which only some pixels are looked at.
-  bool looks_at_part_ = false;
-  bool wants_whole_view_ = false;  // The set was filled from such a part.
 
   bool SetFits(const SurfaceView& view) const {
     return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_version == geometry_version_ &&
@@ -165,22 +165,34 @@ class OutdoorLightingSource final : public LightingSource {
            view.camera == camera_;
   }
 
-  // Draws the set for this view; of a camera that has moved, what of it is still in view stays.
+  // Whether the set's surfaces may be in the view: its camera has moved, or more of it was made.
+  bool CanFollow(const SurfaceView& view) const {
+    return drawn_ && view.geometry_version != geometry_version_ &&
+           view.camera.intrinsics == camera_.intrinsics;
+  }
+
+  SampleSelectionOptions Selection() const {
+    return {options_.samples, options_.seed, options_.choice};
+  }
+
+  int FollowIn(const LightingObservation& observation, SampleSet& set) const {
+    const Frame& frame = observation.frame;
+    return set.Follow(observation.view,
+                      observation.sun.direction_enu,
+                      frame.radiance,
+                      frame.unusable,
+                      Selection());
+  }
+
+  // Draws the set for this view; what of the last one it can follow stays.
   void DrawSamples(const LightingObservation& observation) {
     const Frame& frame = observation.frame;
-    const SampleSelectionOptions selection{options_.samples, options_.seed, options_.choice};
     const glm::dvec3& sun = observation.sun.direction_enu;
-    const bool has_moved = drawn_ && observation.view.camera != camera_ &&
-                           observation.view.camera.intrinsics == camera_.intrinsics;
-    if (has_moved) {
-      const int followed =
-          set_.Follow(observation.view, sun, frame.radiance, frame.unusable, selection);
-      const bool is_kept = followed >= kLeastShareOfKeptSet * drawn_size_;
-      if (is_kept && !(wants_whole_view_ && !looks_at_part_)) return;
-      wants_whole_view_ = looks_at_part_;
-      set_.Refill(observation.view, sun, frame.radiance, frame.unusable, selection);
+    if (CanFollow(observation.view)) {
+      if (FollowIn(observation, set_) >= kLeastShareOfKeptSet * drawn_size_) return;
+      set_.Refill(observation.view, sun, frame.radiance, frame.unusable, Selection());
     } else {
-      set_.Draw(observation.view, sun, frame.radiance, frame.unusable, selection);
+      set_.Draw(observation.view, sun, frame.radiance, frame.unusable, Selection());
     }
     drawn_size_ = set_.Size();
   }
@@ -203,7 +215,6 @@ class OutdoorLightingSource final : public LightingSource {
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - start;
     set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
-    looks_at_part_ = false;
     return spent.count();
   }
 };

@@ -67,21 +67,23 @@ SoftSun::SoftSun(const RayCaster& real, const PatchScene& objects, const SoftSun
 // within the rectangle around it, widened by the disc's extent.
 bool SoftSun::IsNear(std::span<const Silhouette> silhouettes,
                      const DiscPoints& disc,
-                     const glm::vec3& position_m) {
+                     const glm::vec3& position_m,
+                     float reach_m) {
   const glm::vec3 at = disc.InBeam(position_m);
   return std::any_of(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& silhouette) {
-    const float behind_m = silhouette.upper.z - at.z;
-    const float margin_m = behind_m * disc.TangentRadius();
+    const float behind_m = silhouette.upper.z - at.z + reach_m;
+    const float margin_m = behind_m * disc.TangentRadius() + reach_m;
     return behind_m > 0.0f && at.x > silhouette.lower.x - margin_m &&
            at.x < silhouette.upper.x + margin_m && at.y > silhouette.lower.y - margin_m &&
            at.y < silhouette.upper.y + margin_m;
   });
 }
 
-std::function<bool(const glm::vec3&)> SoftSun::NearShadow(const DirectionalLight& sun) const {
+std::function<bool(const glm::vec3&, float)> SoftSun::NearShadow(
+    const DirectionalLight& sun) const {
   const DiscPoints disc(sun, options_.disc_samples);
-  return [disc, silhouettes = SilhouettesFrom(disc)](const glm::vec3& position_m) {
-    return IsNear(silhouettes, disc, position_m);
+  return [disc, silhouettes = SilhouettesFrom(disc)](const glm::vec3& point_m, float reach_m) {
+    return IsNear(silhouettes, disc, point_m, reach_m);
   };
 }
 
@@ -94,7 +96,7 @@ std::vector<std::uint32_t> SoftSun::PixelsNearShadow(const SurfaceView& view,
     for (std::size_t pixel = first; pixel < first + static_cast<std::size_t>(view.Width());
          ++pixel) {
       if (view.region.pixels[pixel] == SurfaceView::kNoRegion ||
-          !IsNear(silhouettes, disc, view.position_world_m.pixels[pixel])) {
+          !IsNear(silhouettes, disc, view.position_world_m.pixels[pixel], 0.0f)) {
         continue;
       }
       if (!(glm::dot(view.normal_world.pixels[pixel], disc.Centre()) > 0.0f)) continue;

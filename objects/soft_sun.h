@@ -42,8 +42,10 @@ class SoftSun {
   // objects' boxes alone, in ascending order: only these can lose sun.
   std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view,
                                               const DirectionalLight& sun) const;
-  // The same of a place, whichever way its surface faces. Holds a copy of what it needs.
-  std::function<bool(const glm::vec3& position_m)> NearShadow(const DirectionalLight& sun) const;
+  // Whether such a place is within `reach_m` of a point, whichever way surfaces face. Holds a copy
+  // of what it needs.
+  std::function<bool(const glm::vec3& point_m, float reach_m)> NearShadow(
+      const DirectionalLight& sun) const;
   // Which of `pixels` OnReal may darken: an object really hides some of five points of the disc
   // there or in a pixel beside it.
   // Shape  one entry each of `pixels`, 1 where it does.
@@ -67,7 +69,8 @@ class SoftSun {
   std::vector<Silhouette> SilhouettesFrom(const DiscPoints& disc) const;
   static bool IsNear(std::span<const Silhouette> silhouettes,
                      const DiscPoints& disc,
-                     const glm::vec3& position_m);
+                     const glm::vec3& position_m,
+                     float reach_m);
   std::vector<std::uint32_t> PixelsNearShadow(const SurfaceView& view,
                                               const DiscPoints& disc) const;
   float HiddenOver(const SurfaceView& view,

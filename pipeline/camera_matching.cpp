@@ -52,6 +52,12 @@ double CameraMatching::BlurPx(const Frame& frame, const SurfaceView& view) {
   return edge_blur_.Blur().sigma_px;
 }
 
+std::optional<double> CameraMatching::KnownBlurPx() const {
+  if (!options_.blur) return 0.0;
+  if (frames_seen_ < kFrames) return std::nullopt;
+  return edge_blur_.Blur().sigma_px;
+}
+
 void CameraMatching::AddNoise(const Frame& frame,
                               const ResponseCurve& response,
                               Composite& composite) const {

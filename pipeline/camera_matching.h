@@ -31,8 +31,8 @@ class CameraMatching {
   // change.
   double BlurPx(const Frame& frame, const SurfaceView& view);
 
-  // Whether BlurPx no longer looks at frames.
-  bool KnowsBlur() const { return !options_.blur || frames_seen_ >= kFrames; }
+  // The blur, where BlurPx no longer looks at frames.
+  std::optional<double> KnownBlurPx() const;
 
   // Adds noise to the pixels that the composite has changed, and to no other. A pixel that an
   // object covers gets all of the camera's noise; at its rim, where the camera's own pixel is

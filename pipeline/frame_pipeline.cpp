@@ -94,10 +94,12 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
                                                    sky_shapes_,
                                                    SampleRegionsOf(frame),
                                                    part ? &*part : nullptr);
+    const LightingObservation observation = Observe(scene_, clear_sky_, frame, view, result.sun);
+    if (!view.is_whole && !source_->IsServedBy(observation)) view_builder_.WholeView();
     if (options_.sun_ahead) MakeSunAhead(frame);
     result.timing_ms.transport = watch.LapMs();
 
-    auto estimate = source_->Estimate(Observe(scene_, clear_sky_, frame, view, result.sun));
+    auto estimate = source_->Estimate(observation);
     if (!estimate) return failed(estimate.error().reason);
     result.estimate = std::move(*estimate);
     FilterEstimate(result);
@@ -128,14 +130,21 @@ tl::expected<FrameResult, FrameError> FramePipeline::Redraw(
   }
 }
 
-std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) const {
+std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) {
+  // Trackers repeat a pose until they have the next one.
+  constexpr int kMostFramesInPlace = 3;
   const SurfaceView& last = view_builder_.View();
-  if (last.geometry_version == 0 || last.camera == frame.camera) return std::nullopt;
-  auto places = effects_->PlacesLookedAt(frame, LightOf(transport_.value().sun));
+  if (last.geometry_version == 0) return std::nullopt;
+  frames_in_place_ = last.camera == frame.camera ? frames_in_place_ + 1 : 0;
+  const bool may_be_part =
+      frames_in_place_ == 0 || (!last.is_whole && frames_in_place_ <= kMostFramesInPlace);
+  if (!may_be_part) return std::nullopt;
+  std::optional<LookedAtPlaces> places =
+      effects_->PlacesLookedAt(frame, LightOf(transport_.value().sun));
   if (!places) return std::nullopt;
   std::optional<std::vector<PixelRect>> rects = source_->PixelsLookedAt(frame.camera);
   if (!rects) return std::nullopt;
-  return ViewPart{std::move(*rects), std::move(places)};
+  return ViewPart{std::move(*rects), std::move(*places)};
 }
 
 void FramePipeline::Draw(const Frame& frame, FrameResult& result) {

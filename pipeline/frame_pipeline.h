@@ -171,9 +171,9 @@ class FramePipeline {
   void SetEffects(const EffectSettings& effects);
 
   // For the last frame that was processed: its camera's view, and the samples of its light (see
-  // LightingSource). Of a camera that moves, a frame has only the pixels that matter: this call
-  // makes the others.
-  const SurfaceView& View() { return view_builder_.WholeView(); }
+  // LightingSource). For a camera that moves, a frame has only the pixels that it looks at: this
+  // makes the others, as for a new view.
+  const SurfaceView& WholeView() { return view_builder_.WholeView(); }
   std::span<const DiffuseSample> Samples() const { return source_->Samples(); }
 
   // The volume of the last frame that succeeded; empty unless objects get their light from it. Once
@@ -200,7 +200,7 @@ class FramePipeline {
   const TransportTime& TransportOf(const Frame& frame, const SunState& sun);
   void MakeSunAhead(const Frame& frame);
   // The pixels of a new view that the frame will look at; none: any.
-  std::optional<ViewPart> PartLookedAt(const Frame& frame) const;
+  std::optional<ViewPart> PartLookedAt(const Frame& frame);
   void FilterEstimate(FrameResult& result);
 
   const PreparedScene& scene_;
@@ -212,6 +212,7 @@ class FramePipeline {
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
+  int frames_in_place_ = 0;                                  // That the camera stands still.
   std::optional<TransportTime> transport_;                   // For the last frame.
   std::vector<std::shared_ptr<const SkyShape>> sky_shapes_;  // The source's basis.
   std::unique_ptr<FrameEffects> effects_;

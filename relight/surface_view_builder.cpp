@@ -15,6 +15,7 @@
 #include <glm/geometric.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "relight/internal/looked_at_blocks.h"
 #include "relight/transport/camera_pixels.h"
 #include "relight/transport/edge_distance.h"
 #include "relight/transport/sun_disc.h"
@@ -77,6 +78,7 @@ struct SurfaceViewBuilder::Impl {
   Cached<std::shared_ptr<const Image<glm::vec3>>, CameraIntrinsics> directions_in_camera;
 
   SurfaceView view;
+  bool is_finished = false;      // False during an Update, and after one that threw.
   Image<std::int32_t> side;      // The triangle's side that each pixel shows.
   PlanarBlocks geometry_blocks;  // Those that were not cast pixel by pixel.
   PlanarBlocks sun_blocks;
@@ -147,9 +149,7 @@ struct SurfaceViewBuilder::Impl {
         camera.intrinsics, [&] { return DirectionsInCamera(camera.intrinsics); }));
     ChooseBlocks choose;
     if (part != nullptr) {
-      choose = [&](const PixelBlocks& blocks) {
-        return BlocksLookedAt(*part, blocks, side, view.position_world_m);
-      };
+      choose = [&](const PixelBlocks& blocks) { return LookedAtBlocks(*part, blocks, view, side); };
     }
     geometry_blocks = CastGeometry(scene.patches,
                                    rays,
@@ -158,6 +158,7 @@ struct SurfaceViewBuilder::Impl {
                                    side,
                                    choose,
                                    geometry_blocks);
+    view.is_whole = geometry_blocks.blocks.IsWhole();
     const int sun_block_px = BlockPx(options.sun_block_px);
     sun_blocks = sun_block_px == geometry_blocks.blocks.SidePx()
                      ? geometry_blocks
@@ -177,6 +178,7 @@ struct SurfaceViewBuilder::Impl {
     shapes.resize(bare_shapes.size());
     sky_faces.resize(shapes.size());
     view.sky_shape_names.resize(shapes.size());
+    view.sky_response.resize(shapes.size());
     std::vector<std::size_t> are_new;
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       if (k < before.size() && before[k] == bare_shapes[k]) continue;
@@ -188,7 +190,6 @@ struct SurfaceViewBuilder::Impl {
   }
 
   void FillSky(std::span<const std::size_t> of_shapes) {
-    view.sky_response.resize(shapes.size());
     if (!surfaces) SkyResponses(gather, of_shapes, view);
     ++view.sky_version;
   }
@@ -349,9 +350,8 @@ struct SurfaceViewBuilder::Impl {
     surfaces->LookUp(geometry_blocks, side, view.position_world_m, lights, images);
   }
 
-  bool GeometryStands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
-    return view.geometry_version > 0 && geometry_blocks.blocks.IsWhole() && view.camera == camera &&
-           std::ranges::equal(polygons, limits);
+  bool Stands(const Camera& camera, std::span<const SampleRegionPolygon> limits) const {
+    return is_finished && view.camera == camera && std::ranges::equal(polygons, limits);
   }
 
   bool IsAhead(const SunPlace& wanted) const {
@@ -381,7 +381,10 @@ const SurfaceView& SurfaceViewBuilder::Update(
     std::span<const SampleRegionPolygon> polygons,
     const ViewPart* part) {
   Impl& impl = *impl_;
-  const bool geometry_stands = impl.GeometryStands(camera, polygons);
+  const bool geometry_stands =
+      impl.Stands(camera, polygons) && (impl.view.is_whole || (part != nullptr && impl.sun == sun));
+  // Unless it was finished, nobody knows what is blank in which image.
+  if (!std::exchange(impl.is_finished, false)) impl.geometry_blocks = {};
   if (!geometry_stands) {
     // What it makes of the view reads the old one; what it makes on surfaces does not.
     if (!impl.IsOnSurfaces()) impl.ahead.reset();
@@ -410,16 +413,17 @@ const SurfaceView& SurfaceViewBuilder::Update(
   if (impl.IsOnSurfaces() && (fills_sun || !shapes_to_fill.empty())) {
     impl.LookUp(fills_sun, shapes_to_fill);
   }
+  impl.is_finished = true;
   return impl.view;
 }
 
 const SurfaceView& SurfaceViewBuilder::View() const { return impl_->view; }
 
 const SurfaceView& SurfaceViewBuilder::WholeView() {
-  if (impl_->geometry_blocks.blocks.IsWhole()) return impl_->view;
+  if (!impl_->sun || (impl_->is_finished && impl_->view.is_whole)) return impl_->view;
   // Copies: what is updated is read.
   const Camera camera = impl_->view.camera;
-  const SunPlace sun = impl_->sun.value();
+  const SunPlace sun = *impl_->sun;
   const std::vector<std::shared_ptr<const SkyShape>> shapes = impl_->bare_shapes;
   return Update(camera, sun, shapes, {});
 }
@@ -427,12 +431,12 @@ const SurfaceView& SurfaceViewBuilder::WholeView() {
 bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
                                   const SunPlace& sun,
                                   std::span<const SampleRegionPolygon> polygons) const {
-  return impl_->GeometryStands(camera, polygons) && (impl_->sun == sun || impl_->IsAhead(sun));
+  return impl_->Stands(camera, polygons) && (impl_->sun == sun || impl_->IsAhead(sun));
 }
 
 bool SurfaceViewBuilder::Stands(const Camera& camera,
                                 std::span<const SampleRegionPolygon> polygons) const {
-  return impl_->GeometryStands(camera, polygons);
+  return impl_->Stands(camera, polygons);
 }
 
 void SurfaceViewBuilder::MakeAhead(const SunPlace& sun) {

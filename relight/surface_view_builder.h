@@ -70,10 +70,11 @@ class SurfaceViewBuilder {
   // empty, limit may_be_sampled to their insides and give judged_sun; where they overlap, the last
   // one does.
   //
-  // With `part`, only that part of a new view is made; other pixels show no surface. What is made
-  // is as in the whole view, but for edge_distance_px, to which the part's rim is an edge. The next
-  // call makes the view anew. All of it is made for receivers in the picture, with polygons, and
-  // where blocks are of 1 px.
+  // With `part`, only that part of a new view need be made (SurfaceView::is_whole); what is made is
+  // as in the whole view, but for edge_distance_px, to which the part's rim is an edge. A part
+  // stands as long as camera and sun do and parts are asked for: callers ask for parts that differ
+  // hardly, or for the whole view. All of it is made for receivers in the picture, with polygons,
+  // where blocks are of 1 px, and where those of the geometry and of the sun differ.
   const SurfaceView& Update(const Camera& camera,
                             const SunPlace& sun,
                             std::span<const std::shared_ptr<const SkyShape>> sky_shapes,
@@ -93,7 +94,7 @@ class SurfaceViewBuilder {
 
   // The view of the last Update.
   const SurfaceView& View() const;
-  // The same, after all of it has been made.
+  // The same; what is lacking of it is made, and its versions change.
   const SurfaceView& WholeView();
 
   // Whether an Update would be fast: IsAtHand, except for new sky shapes; Stands, except for those

@@ -1,4 +1,4 @@
-// Which pixels of a view somebody looks at: the others need not be made.
+// The part of a view that is looked at: other pixels need not be made.
 #pragma once
 
 #include <cstdint>
@@ -7,27 +7,21 @@
 
 #include <glm/vec3.hpp>
 
-#include "relight/transport/pixel_blocks.h"
-#include "scene/image.h"
 #include "scene/pixel_rect.h"
 
 namespace pleinair {
 
-struct ViewPart {
-  // Pixels that are looked at in any case; may reach beyond the picture.
-  std::vector<PixelRect> rects;
-  // Whether pixels are looked at that show a place: a triangle's side, and a point on it. Empty:
-  // none are. Called from several threads.
-  std::function<bool(std::int32_t side, const glm::vec3& place_m)> looks_at;
+// Places on the surfaces of a scene. Pixels are looked at that show one of them.
+struct LookedAtPlaces {
+  // Whether one of them is within `reach_m` of a point on a triangle's side. Empty: there is none.
+  // Called from several threads.
+  std::function<bool(std::int32_t side, const glm::vec3& point_m, float reach_m)> any_near;
+  int margin_px = 0;  // Pixels around those that are looked at, too.
 };
 
-// Blocks with pixels that are looked at, judged by the places that the blocks' corners show. What
-// is thinner than a block may be missed. Pixels that show such a place have blocks around them for
-// at least 8 px, for what is compared with its surroundings.
-// Shape  an entry a block, 1 where it is.
-std::vector<std::uint8_t> BlocksLookedAt(const ViewPart& part,
-                                         const PixelBlocks& blocks,
-                                         const Image<std::int32_t>& side,
-                                         const Image<glm::vec3>& position_m);
+struct ViewPart {
+  std::vector<PixelRect> rects;  // May reach beyond the picture.
+  LookedAtPlaces places;
+};
 
 }  // namespace pleinair

@@ -23,6 +23,9 @@ struct SurfaceView {
   static constexpr std::int32_t kNoRegion = -1;
 
   Camera camera;
+  // False: only the pixels that somebody looks at are made, and the others are as if they showed no
+  // surface.
+  bool is_whole = true;
   std::vector<std::string> region_names;  // The mesh's groups.
   Image<std::int32_t> region;             // Into region_names, or kNoRegion.
   Image<glm::vec3> position_world_m;

@@ -94,7 +94,7 @@ class SequenceSession {
   void SetEffects(const EffectSettings& effects) { pipeline_->SetEffects(effects); }
 
   // As FramePipeline.
-  const SurfaceView& View() const { return pipeline_->View(); }
+  const SurfaceView& WholeView() { return pipeline_->WholeView(); }
   std::span<const DiffuseSample> Samples() const { return pipeline_->Samples(); }
 
   // The composite of a step that succeeded, as the camera would have shown it, or brighter by

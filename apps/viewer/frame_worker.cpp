@@ -289,7 +289,7 @@ class FrameWorker::Viewing {
     frame.sky = session_->SkyImageOf(step.result->estimate.lighting);
     if (request.overlay) {
       frame.overlay = Overlays()[*request.overlay].draw(
-          {*step.frame, *step.result, session_->View(), session_->Samples()});
+          {*step.frame, *step.result, session_->WholeView(), session_->Samples()});
     }
     if (request.wants_input || request.wants_histogram) {
       Rgb8Image input = step.frame->codes

@@ -61,7 +61,6 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
   const bool moves = Moves(stage, frame);
   const bool is_new = !influence_.IsOf(RaysFor(frame));
   Gathered& gathered = influence_.Get(RaysFor(frame), [&] {
-    evaluated_.reset();
     Gathered made{Make(stage, frame, moves ? options.InMotion() : options), moves};
     made.influence.Cast(real, stage.Objects(), 0);
     (moves ? motion_cost_ : costs_.gather).Learn(watch.LapMs());
@@ -105,16 +104,18 @@ void KeptInfluence::Update(EffectStage& stage, const EffectFrame& frame) {
 }
 
 std::optional<std::function<bool(std::int32_t, const glm::vec3&)>> KeptInfluence::MayChange(
-    const PatchScene& real, std::uint64_t pose) const {
+    const PatchScene& real,
+    std::uint64_t pose,
+    const Lighting& lighting,
+    const InfluenceParts& parts) const {
   const Gathered& gathered = influence_.Kept();
-  if (!OnFaces() || gathered.is_coarse || !evaluated_) return std::nullopt;
-  if (!influence_.IsOf({{0, pose}, 1 + evaluated_->lighting.sky.size()})) return std::nullopt;
-  return gathered.influence.MayChange(real, evaluated_->lighting, evaluated_->parts);
+  if (!OnFaces() || gathered.is_coarse || !gathered.has_all_lights) return std::nullopt;
+  if (!influence_.IsOf({{0, pose}, 1 + lighting.sky.size()})) return std::nullopt;
+  return gathered.influence.MayChange(real, lighting, parts);
 }
 
 void KeptInfluence::Evaluate(const Lighting& lighting, const InfluenceParts& parts) {
   Stopwatch watch;
-  evaluated_ = {lighting, parts};
   influence_.Kept().influence.Evaluate(lighting, parts, change_);
   costs_.sum.Learn(watch.LapMs());
 }

@@ -30,10 +30,13 @@ class KeptInfluence {
   // Whether the result of the last Update is coarse: further steps refine it.
   bool IsCoarse() const { return influence_.Kept().is_coarse; }
   void Evaluate(const Lighting& lighting, const InfluenceParts& parts);
-  // As ObjectInfluence::MayChange, in the light of the last Evaluate. None where it is not known
-  // before the next Update: at pixels, and where that gathers.
+  // As ObjectInfluence::MayChange, for objects in that pose. None where it is not known before the
+  // next Update: at pixels, and where that gathers.
   std::optional<std::function<bool(std::int32_t side, const glm::vec3& point_m)>> MayChange(
-      const PatchScene& real, std::uint64_t pose) const;
+      const PatchScene& real,
+      std::uint64_t pose,
+      const Lighting& lighting,
+      const InfluenceParts& parts) const;
   const IrradianceChange& Change() const { return change_; }
 
  private:
@@ -61,11 +64,6 @@ class KeptInfluence {
   Cached<Gathered, GatheredFor> influence_;
   Cached<LitByLight, LitFor> lit_;
   IrradianceChange change_;
-  struct Evaluated {
-    Lighting lighting;
-    InfluenceParts parts;
-  };
-  std::optional<Evaluated> evaluated_;  // For the rays that are kept.
   LightByLightCosts costs_{LearnedCost(150.0), LearnedCost(2.0), LearnedCost(1.0)};
   LearnedCost motion_cost_{40.0};
   LearnedCost see_cost_{4.0};

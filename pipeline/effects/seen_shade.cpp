@@ -113,7 +113,7 @@ SeenShade::SeenShade(ShadowPlaces places, const glm::ivec2& picture_px)
     }
   }
   if (!shadows) return;
-  constexpr int kReachPx = kMajorities * kWindowPx;
+  static_assert(kReachPx == kMajorities * kWindowPx);
   shadows_ = {glm::max(shadows->lower - kReachPx, 0),
               glm::min(shadows->upper + kReachPx, picture_px - 1)};
   const glm::ivec2 size = shadows_.Size();

@@ -34,6 +34,7 @@ namespace pleinair {
 class SeenShade {
  public:
   enum class Finding : std::uint8_t { kUnknown, kInShade, kInSun };
+  static constexpr int kReachPx = 10;  // Around the places' shadows, pixels are looked at.
 
   SeenShade() = default;
   // `picture_px` is the size of the picture in which the shadows fall.

@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <utility>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include "pipeline/effects/light_on_objects.h"
+#include "pipeline/effects/seen_shade.h"
+#include "render/real_sun.h"
 #include "scene/half_float.h"
 #include "scene/stopwatch.h"
 
@@ -197,35 +203,58 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   for (const FrameWork& work : works) rendered.works.push_back(PlannedOf(work, plan.runs));
   rendered.is_light_coarse = IsLightCoarse(plan.runs);
   last_light_ = ModeOfLight(stage_.Light(), plan.runs);
+  last_runs_ = plan.runs;
   rendered.plan = std::move(plan);
   rendered.planning_ms = planning_ms;
   rendered.expected_drawing_ms = drawing_ms;
   LearnDrawing(works, rendered);
   last_geometry_ = frame.Geometry();
   last_time_ = lit.frame.time;
+  last_lighting_ = lit.lighting;
   return rendered;
 }
 
-std::function<bool(std::int32_t, const glm::vec3&)> FrameEffects::PlacesLookedAt(
-    const Frame& frame, const DirectionalLight& sun) const {
+std::optional<LookedAtPlaces> FrameEffects::PlacesLookedAt(const Frame& frame,
+                                                           const DirectionalLight& sun) const {
   const auto is_on = [&](Effect effect) { return settings_[effect] != EffectSwitch::kOff; };
-  if (objects_.Objects().empty()) return [](std::int32_t, const glm::vec3&) { return false; };
-  const bool are_at_rest = pose_ == objects_.Version();
-  const bool reads_edges = is_on(Effect::kCameraBlur) && !camera_matching_.KnowsBlur();
-  const bool reads_reflections = is_on(Effect::kGlossyReflection) && stage_.AnyGlossy();
-  const MotionBlurOptions& blur = options_.motion_blur;
-  const bool reads_paths =
-      is_on(Effect::kMotionBlur) &&
-      (frame.exposure_s.value_or(blur.exposure_s) > 0.0 || blur.readout_s > 0.0);
-  if (!are_at_rest || reads_edges || reads_reflections || reads_paths) return nullptr;
-  const auto influence = stage_.Influence().MayChange(stage_.Scene().patches, *pose_);
-  if (!influence && (is_on(Effect::kSkyOcclusion) || is_on(Effect::kColourBleeding))) {
-    return nullptr;
+  if (objects_.Objects().empty()) return LookedAtPlaces{};
+  if (pose_ != objects_.Version() || !last_lighting_) return std::nullopt;
+  if (is_on(Effect::kGlossyReflection) && stage_.AnyGlossy()) return std::nullopt;
+  const MotionBlurOptions& motion_blur = options_.motion_blur;
+  const bool may_blur_motion =
+      frame.exposure_s.value_or(motion_blur.exposure_s) > 0.0 || motion_blur.readout_s > 0.0;
+  if (is_on(Effect::kMotionBlur) && may_blur_motion) return std::nullopt;
+  const std::optional<double> blur_px =
+      is_on(Effect::kCameraBlur) ? camera_matching_.KnownBlurPx() : 0.0;
+  if (!blur_px) return std::nullopt;
+  const InfluenceParts parts{is_on(Effect::kSkyOcclusion), is_on(Effect::kColourBleeding)};
+  std::optional<std::function<bool(std::int32_t, const glm::vec3&)>> influence;
+  if (parts.hidden_light || parts.object_light) {
+    // What it changes is only known where it has just been computed.
+    const bool has_run = (!parts.hidden_light || last_runs_.Has(Effect::kSkyOcclusion)) &&
+                         (!parts.object_light || last_runs_.Has(Effect::kColourBleeding));
+    if (!has_run) return std::nullopt;
+    influence =
+        stage_.Influence().MayChange(stage_.Scene().patches, *pose_, *last_lighting_, parts);
+    if (!influence) return std::nullopt;
   }
-  return [shadow = stage_.SunPastObjects().NearShadow(sun), influence](std::int32_t side,
-                                                                       const glm::vec3& place_m) {
-    return shadow(place_m) || (influence && (*influence)(side, place_m));
-  };
+  LookedAtPlaces places;
+  places.any_near =
+      [shadow = stage_.SunPastObjects().NearShadow(sun), influence, boxes = stage_.ObjectBoxes()](
+          std::int32_t side, const glm::vec3& point_m, float reach_m) {
+        const auto is_near = [&](const BoundingBox& box) {
+          const glm::vec3 nearest_m = glm::clamp(point_m, box.lower_m, box.upper_m);
+          return glm::distance(point_m, nearest_m) <= reach_m;
+        };
+        return shadow(point_m, reach_m) || std::ranges::any_of(boxes, is_near) ||
+               (influence && (*influence)(side, point_m));
+      };
+  // Pixels around one that changes are compared with it, as far as an edge matters.
+  constexpr double kBlurReach = 3.0;
+  places.margin_px = static_cast<int>(kTrustedEdgeDistancePx) +
+                     std::max(kAroundPx, SeenShade::kReachPx) +
+                     static_cast<int>(std::ceil(kBlurReach * *blur_px));
+  return places;
 }
 
 EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,6 +16,7 @@
 #include "pipeline/effects/effect_stage.h"
 #include "pipeline/effects/frame_effect.h"
 #include "pipeline/frame_pipeline.h"
+#include "relight/view_part.h"
 
 namespace pleinair {
 
@@ -44,10 +44,10 @@ class FrameEffects {
 
   RenderedFrame Render(const LitFrame& lit);
 
-  // Before a frame of a camera that has moved: places whose pixels in its view Render will look at,
-  // beside the objects' own. Empty: any. `sun` as in LitFrame::transport_sun.
-  std::function<bool(std::int32_t side, const glm::vec3& place_m)> PlacesLookedAt(
-      const Frame& frame, const DirectionalLight& sun) const;
+  // Before a frame of a camera that has moved: what of its view Render will look at. None: any of
+  // it. `sun` as in LitFrame::transport_sun.
+  std::optional<LookedAtPlaces> PlacesLookedAt(const Frame& frame,
+                                               const DirectionalLight& sun) const;
 
   const IrradianceVolume& Volume() const { return stage_.Light().Volume(); }
   const DirectDaylight* Daylight() const { return stage_.Light().Daylight(); }
@@ -97,6 +97,8 @@ class FrameEffects {
   std::optional<ViewOfPose> last_geometry_;
   std::optional<UtcTime> last_time_;
   std::optional<VertexLight::Mode> last_light_;  // As the last plan found it.
+  std::optional<Lighting> last_lighting_;
+  EffectSet last_runs_;
   LearnedCost draw_cost_;  // Over the nominal: no milliseconds, but their ratio.
   bool has_drawn_ = false;
   LearnedCost read_back_cost_;

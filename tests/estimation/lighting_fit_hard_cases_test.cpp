@@ -392,8 +392,7 @@ TEST(LightingFitHardCases, DeviationsCoverTheErrorsOfBadProblems) {
   int covered = 0;
   for (int i = 0; i < kProblems; ++i) {
     const BadProblem problem = MakeBadProblem(random);
-    fitter.Forget();
-    const LightingFit fit = fitter.Fit(problem.samples, SyntheticPrior(), true);
+    const LightingFit fit = fitter.Fit(problem.samples, SyntheticPrior(), true, FitStart::kAnew);
     ExpectSane(fit);
     for (int c = 0; c < 3; ++c) {
       for (const int u : {c, 3 + c}) {
@@ -482,8 +481,7 @@ TEST(LightingFitHardCases, OnePlaneInTheSunOutweighsFiveInTheShadeOfTrees) {
     scene.region_noise = 0.03;
     std::vector<DiffuseSample> samples = MakeSamples(scene);
     HideTheSun(scene, scene.regions - 1, 1.0, samples);
-    fitter.Forget();
-    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true);
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kAnew);
     ExpectSane(fit);
     ExpectTruthWithinThreeSigma(fit, scene);
     EXPECT_GT(fit.irradiance_rgb[1], 0.85 * scene.sun.y) << seed;
@@ -500,8 +498,7 @@ TEST(LightingFitHardCases, ShadowsThatTheMeshLacksDoNotWeakenTheSun) {
     scene.albedo_noise = 0.1;
     std::vector<DiffuseSample> samples = MakeSamples(scene);
     HideTheSun(scene, scene.regions, 0.7, samples);
-    fitter.Forget();
-    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true);
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kAnew);
     ExpectSane(fit);
     ExpectTruthWithinThreeSigma(fit, scene);
     EXPECT_NEAR(fit.irradiance_rgb[1], scene.sun.y, 0.1 * scene.sun.y) << seed;

@@ -349,19 +349,31 @@ TEST(SampleSelection, FollowingReadsOnlyThePixelsThatItStates) {
   whole.Follow(of_whole);
   const std::vector<PixelRect> rects = set.PixelsFollowed(whole.view.camera);
   EXPECT_GE(rects.size(), static_cast<std::size_t>(of_whole.Size()));
+  const auto is_read = [&](int x, int y) {
+    return std::ranges::any_of(rects, [&](const PixelRect& rect) { return rect.Holds({x, y}); });
+  };
   GroundFromAbove part = whole;
+  SurfaceView& view = part.view;
   int left_out = 0;
-  for (int y = 0; y < part.view.Height(); ++y) {
-    for (int x = 0; x < part.view.Width(); ++x) {
-      const bool is_read = std::ranges::any_of(rects, [&](const PixelRect& rect) {
-        return rect.Holds({x, y});
-      });
-      if (is_read) continue;
-      const std::size_t pixel = part.view.region.Index(x, y);
-      part.view.region.pixels[pixel] = SurfaceView::kNoRegion;
-      part.view.may_be_sampled.pixels[pixel] = 0;
-      part.view.albedo_rgb.pixels[pixel] = glm::vec3(0.0f);
-      part.view.edge_distance_px.pixels[pixel] = 0.0f;
+  for (int y = 0; y < view.Height(); ++y) {
+    for (int x = 0; x < view.Width(); ++x) {
+      const std::size_t pixel = view.region.Index(x, y);
+      if (is_read(x, y)) {
+        // The rim counts as an edge.
+        constexpr int kFarPx = 12;
+        for (int dy = -kFarPx; dy <= kFarPx; ++dy) {
+          for (int dx = -kFarPx; dx <= kFarPx; ++dx) {
+            if (!view.region.Contains(x + dx, y + dy) || is_read(x + dx, y + dy)) continue;
+            view.edge_distance_px.pixels[pixel] = std::min(
+                view.edge_distance_px.pixels[pixel], static_cast<float>(std::hypot(dx, dy)) - 1.0f);
+          }
+        }
+        continue;
+      }
+      view.region.pixels[pixel] = SurfaceView::kNoRegion;
+      view.may_be_sampled.pixels[pixel] = 0;
+      view.albedo_rgb.pixels[pixel] = glm::vec3(0.0f);
+      view.edge_distance_px.pixels[pixel] = 0.0f;
       ++left_out;
     }
   }

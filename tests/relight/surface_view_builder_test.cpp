@@ -211,6 +211,13 @@ TEST(SurfaceViewBuilder, LightOnSurfacesDoesNotDependOnTheWayThere) {
   EXPECT_EQ(a.sun_visibility.pixels, b.sun_visibility.pixels);
 }
 
+LookedAtPlaces Around(const glm::vec3& middle_m, float radius_m) {
+  return {[=](std::int32_t, const glm::vec3& point_m, float reach_m) {
+            return glm::distance(point_m, middle_m) <= radius_m + reach_m;
+          },
+          7};
+}
+
 // All that a view has at a pixel, but for the distance to an edge.
 bool IsAlike(const SurfaceView& a, const SurfaceView& b, std::size_t pixel) {
   const auto is_alike = [pixel](const auto& image, const auto& other) {
@@ -240,11 +247,9 @@ TEST(SurfaceViewBuilder, APartOfAViewIsAsInTheWhole) {
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
   SurfaceViewBuilder builder(ThePreparedSite(), OnSurfaces());
   builder.Update(kCamera, sun, kRadius, kUniform, {});
-  const ViewPart left{{{{-5, 10}, {21, 40}}}, nullptr};
-  const ViewPart right{{{{60, 30}, {200, 71}}, {{3, 3}, {5, 5}}, {{-9, -9}, {-2, -2}}}, nullptr};
-  const ViewPart near_a_place{{}, [](std::int32_t, const glm::vec3& place_m) {
-                                return glm::distance(place_m, glm::vec3(1.0f, -3.0f, 0.0f)) < 1.0f;
-                              }};
+  const ViewPart left{{{{-5, 10}, {21, 40}}}, {}};
+  const ViewPart right{{{{60, 30}, {200, 71}}, {{3, 3}, {5, 5}}, {{-9, -9}, {-2, -2}}}, {}};
+  const ViewPart near_a_place{{}, Around(glm::vec3(1.0f, -3.0f, 0.0f), 1.0f)};
   double x_m = 0.9;
   for (const ViewPart& part : {left, right, near_a_place}) {
     const Camera camera = LookingNorth({x_m -= 0.1, -6.0, 2.0});
@@ -258,9 +263,9 @@ TEST(SurfaceViewBuilder, APartOfAViewIsAsInTheWhole) {
         const bool is_wanted = std::ranges::any_of(part.rects, [&](const PixelRect& rect) {
           return rect.Holds({x, y});
         });
-        const bool shows_place = part.looks_at &&
-                                 whole.region.pixels[pixel] != SurfaceView::kNoRegion &&
-                                 part.looks_at(0, whole.position_world_m.pixels[pixel]);
+        const bool shows_place =
+            part.places.any_near && whole.region.pixels[pixel] != SurfaceView::kNoRegion &&
+            part.places.any_near(0, whole.position_world_m.pixels[pixel], 0.0f);
         EXPECT_TRUE(IsAlike(view, whole, pixel) ||
                     (!is_wanted && !shows_place && IsBlank(view, pixel)))
             << x << " " << y;
@@ -272,6 +277,7 @@ TEST(SurfaceViewBuilder, APartOfAViewIsAsInTheWhole) {
         }
       }
     }
+    EXPECT_FALSE(view.is_whole);
     EXPECT_GT(made, 100);
     EXPECT_LT(made, view.Width() * view.Height() / 2);
   }
@@ -285,8 +291,56 @@ TEST(SurfaceViewBuilder, APartOfAViewIsAsInTheWhole) {
   }
 }
 
-// The same camera again, and no part: the view is made anew. A polygon or receivers in the picture
-// ask for all of it.
+// Shapes of the sky come and go between parts: no response of an earlier view remains.
+TEST(SurfaceViewBuilder, APartHasNoResponseOfAnEarlierSky) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const std::vector<std::shared_ptr<const SkyShape>> two{kUniform[0], MakeClearSkyShape(sun)};
+  const ViewPart left{{{{0, 40}, {21, 60}}}, {}};
+  SurfaceViewBuilder builder(SiteWithoutAMap(), OnSurfaces());
+  builder.Update(kCamera, At(sun), two, {});
+  builder.Update(LookingNorth({0.9, -6.0, 2.0}), At(sun), kUniform, {}, &left);
+  const SurfaceView& view = builder.Update(LookingNorth({0.8, -6.0, 2.0}), At(sun), two, {}, &left);
+  for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
+    if (view.region.pixels[i] != SurfaceView::kNoRegion) continue;
+    EXPECT_EQ(view.sky_response[0].pixels[i], glm::vec3(0.0f));
+    EXPECT_EQ(view.sky_response[1].pixels[i], glm::vec3(0.0f));
+  }
+}
+
+// What is flat in the picture lies between the rows of corners: a strip 0.2 m deep at 20 m is a
+// pixel high.
+TEST(SurfaceViewBuilder, APartHoldsPlacesThatNoCornerShows) {
+  const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
+  const auto is_in_strip = [](const glm::vec3& point_m, float reach_m) {
+    return std::abs(point_m.x - 1.0f) <= 0.5f + reach_m &&
+           std::abs(point_m.y - 2.0f) <= 0.05f + reach_m && point_m.z < 0.1f + reach_m;
+  };
+  const ViewPart part{{},
+                      {[&](std::int32_t, const glm::vec3& point_m, float reach_m) {
+                         return is_in_strip(point_m, reach_m);
+                       },
+                       0}};
+  int shown = 0;
+  for (int step = 0; step < 12; ++step) {
+    const Camera camera = LookingNorth({1.0, -6.0, 1.0 + 0.01 * step});
+    SurfaceViewBuilder fresh(SiteWithoutAMap(), OnSurfaces());
+    SurfaceViewBuilder whole(SiteWithoutAMap(), OnSurfaces());
+    const SurfaceView& all = whole.Update(camera, sun, kRadius, kUniform, {});
+    const SurfaceView& view = fresh.Update(camera, At(sun), kUniform, {}, &part);
+    for (std::size_t i = 0; i < all.region.pixels.size(); ++i) {
+      if (all.region.pixels[i] == SurfaceView::kNoRegion ||
+          !is_in_strip(all.position_world_m.pixels[i], 0.0f)) {
+        continue;
+      }
+      ++shown;
+      EXPECT_TRUE(IsAlike(view, all, i)) << step;
+    }
+  }
+  EXPECT_GT(shown, 5);
+}
+
+// The same camera again, and no part: the whole view is made. A polygon or receivers in the picture
+// ask for all of it. A part stands where parts are asked for.
 TEST(SurfaceViewBuilder, APartDoesNotStandForTheWhole) {
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
   const ViewPart nothing;
@@ -297,7 +351,10 @@ TEST(SurfaceViewBuilder, APartDoesNotStandForTheWhole) {
         view.region.pixels, [](std::int32_t region) { return region == SurfaceView::kNoRegion; });
   };
   EXPECT_TRUE(shows_nothing());
-  EXPECT_FALSE(builder.Stands(kCamera, {}));
+  const std::uint64_t version = view.geometry_version;
+  builder.Update(kCamera, At(sun), kUniform, {}, &nothing);
+  EXPECT_EQ(view.geometry_version, version);
+  EXPECT_TRUE(shows_nothing());
   builder.Update(kCamera, At(sun), kUniform, {});
   EXPECT_FALSE(shows_nothing());
   const std::vector<SampleRegionPolygon> all{{"", {{0, 0}, {95, 0}, {95, 71}, {0, 71}}}};
