@@ -24,6 +24,7 @@ namespace pleinair {
 namespace {
 
 using Information = Eigen::Matrix<double, 6, 6>;
+using Covariance = Information;
 
 constexpr std::size_t kMostJudgedPlaces = 240;
 // Places among which these are chosen, so that hidden ones do not use them up.
@@ -230,21 +231,44 @@ std::optional<double> GroundBelow(const glm::dmat4& pose, const RayCaster& rays)
   return static_cast<double>(hit->position_m.z);
 }
 
-// What the deviation of a pose moves the edges' places in the picture by, root mean square.
-double ShiftSigmaPx(const EdgeView& view,
-                    const PictureSlopes& slopes,
-                    const glm::dmat4& pose,
-                    const Information& covariance) {
-  std::vector<EdgeMatch> places;
+// What the deviation of a pose moves points by in the picture, root mean square.
+double SigmaPx(const CameraIntrinsics& intrinsics,
+               const glm::dmat4& pose,
+               const Covariance& covariance,
+               std::span<const PointMatch> points) {
+  if (points.empty()) return 0.0;
+  std::vector<EdgeMatch> along_axes;
+  for (const PointMatch& point : points) {
+    along_axes.push_back({0, point, glm::dvec2(1.0, 0.0)});
+    along_axes.push_back({0, point, glm::dvec2(0.0, 1.0)});
+  }
+  const auto jacobian = Linearised(NormalErrors{intrinsics, along_axes, pose}).jacobian;
+  const double sum = (jacobian * covariance).cwiseProduct(jacobian).sum();
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+bool IsInPicture(const CameraIntrinsics& intrinsics, const glm::dvec2& pixel) {
+  return pixel.x >= -0.5 && pixel.x < intrinsics.width_px - 0.5 && pixel.y >= -0.5 &&
+         pixel.y < intrinsics.height_px - 0.5;
+}
+
+std::vector<PointMatch> PointsOnEdges(const EdgeView& view,
+                                      const PictureSlopes& slopes,
+                                      const glm::dmat4& pose) {
+  std::vector<PointMatch> points;
   for (const EdgePlace& place : view.PlacesOf(pose, slopes, kMostJudgedPlaces)) {
-    for (const glm::dvec2& axis : {glm::dvec2(1.0, 0.0), glm::dvec2(0.0, 1.0)}) {
-      places.push_back({place.edge, {place.point_m, place.pixel}, axis});
+    points.push_back({place.point_m, place.pixel});
+  }
+  return points;
+}
+
+void StoreCovariance(const Covariance& covariance, PoseCorrection& result) {
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < 6; ++j) {
+      result.motion_covariance[i][j] =
+          covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
     }
   }
-  if (places.empty()) return 0.0;
-  const auto jacobian = Linearised(NormalErrors{view.Intrinsics(), places, pose}).jacobian;
-  const double sum = (jacobian * covariance).cwiseProduct(jacobian).sum();
-  return std::sqrt(2.0 * sum / static_cast<double>(places.size()));
 }
 
 }  // namespace
@@ -287,13 +311,14 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   }
   const JudgedPlaces judged =
       JudgedPlacesOf(view, joined, fine.front(), stated, fine_pictures.size());
+  const PosePrior prior = PriorOf(stated, options);
   PoseCorrection result;
   result.camera_from_world = stated;
+  StoreCovariance(prior.sigmas.cwiseAbs2().asDiagonal(), result);
   if (judged.places.size() < kFewestEdgePlaces) {
     result.reason = "hardly an edge of the mesh is in view";
     return result;
   }
-  const PosePrior prior = PriorOf(stated, options);
   const PoseEvidence rough_evidence(view, rough_pictures, judged, prior, reach_px);
   const PoseEvidence evidence(view, fine_pictures, judged, prior, reach_px);
   const auto last = [&](double mesh_sigma_m) {
@@ -359,7 +384,14 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   result.mesh_sigma_m = adjusted.mesh_sigma_m;
   result.chance_share = evidence.ChanceShare(0.5 * reach_px);
   result.shift_px = ShiftPx(view, fine.front(), stated, best);
-  result.shift_sigma_px = ShiftSigmaPx(view, fine.front(), best, adjusted.covariance);
+  // About the stated pose, where that one stays.
+  const Motion off = MotionBetween(stated, best);
+  const auto store = [&](const glm::dmat4& pose, const Covariance& covariance) {
+    StoreCovariance(covariance, result);
+    result.shift_sigma_px =
+        SigmaPx(intrinsics, pose, covariance, PointsOnEdges(view, fine.front(), pose));
+  };
+  store(stated, adjusted.covariance + off * off.transpose());
   if (!(result.found_share >= result.chance_share + kLeastShareOverChance)) {
     result.reason = NumberText("%.0f %%", 100.0 * result.found_share) +
                     " of the mesh's edges are found in the pictures, where chance finds " +
@@ -381,7 +413,25 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   }
   result.corrected = true;
   result.camera_from_world = best;
+  store(best, adjusted.covariance);
   return result;
+}
+
+std::optional<double> PlaceSigmaPx(const Lens& lens,
+                                   const PoseCorrection& found,
+                                   const glm::dvec3& point_world_m) {
+  const glm::dmat4& pose = found.camera_from_world;
+  const auto pixel = lens.ProjectToPixel(glm::dvec3(pose * glm::dvec4(point_world_m, 1.0)));
+  if (!pixel || !IsInPicture(lens.Intrinsics(), *pixel)) return std::nullopt;
+  Covariance covariance;
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < 6; ++j) {
+      covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          found.motion_covariance[i][j];
+    }
+  }
+  const PointMatch point{point_world_m, *pixel};
+  return SigmaPx(lens.Intrinsics(), pose, covariance, {&point, 1});
 }
 
 }  // namespace pleinair

@@ -1,11 +1,13 @@
 // A fixed camera's stated pose, corrected where its pictures show the mesh's edges elsewhere.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 
 #include "calib/lens.h"
 #include "calib/mesh_edges.h"
@@ -35,8 +37,13 @@ struct PoseCorrection {
   bool corrected = false;
   std::string reason;
   glm::dmat4 camera_from_world{1.0};
-  double shift_px = 0.0;        // Median shift of the mesh's visible edges in the picture.
-  double shift_sigma_px = 0.0;  // What remains unknown of it, root mean square.
+  // Covariance of what remains unknown of this pose: a rotation about the camera's axes, then a
+  // translation along them, rad and m.
+  std::array<std::array<double, 6>, 6> motion_covariance{};
+  double shift_px = 0.0;  // Median shift of the mesh's visible edges in the picture.
+  // What remains unknown of the edges' places, root mean square. Other places may be known less
+  // well: PlaceSigmaPx.
+  double shift_sigma_px = 0.0;
   // How far the mesh's corners are off along each axis, standard deviation: the likeliest.
   double mesh_sigma_m = 0.0;
   double found_share = 0.0;   // Share of the mesh's edges that the pictures show.
@@ -63,5 +70,12 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
                                   const EdgeModel& model,
                                   const glm::dmat4& stated_camera_from_world,
                                   const PoseCorrectionOptions& options = {});
+
+// Returns what remains unknown of a point's place in the picture, such as an object's on the ground
+// between the edges: the root of the sum of both coordinates' variances. None where the point is
+// not in the picture. Only the pose's deviation counts, not that of the point itself.
+std::optional<double> PlaceSigmaPx(const Lens& lens,
+                                   const PoseCorrection& found,
+                                   const glm::dvec3& point_world_m);
 
 }  // namespace pleinair

@@ -91,13 +91,13 @@ TEST_F(PoseCorrectionTest, PutsObjectsWhereTheyBelong) {
     EXPECT_TRUE(found.corrected || OffPx(stated) < 1.5) << seed;
     stated_squares += std::pow(OffPx(stated), 2);
     corrected_squares += std::pow(OffPx(found.camera_from_world), 2);
-    sigma_squares += std::pow(found.shift_sigma_px, 2);
+    sigma_squares += std::pow(*PlaceSigmaPx(lens_, found, kPlaceM), 2);
   }
   const double stated_px = std::sqrt(stated_squares / kDraws);
   const double corrected_px = std::sqrt(corrected_squares / kDraws);
   EXPECT_GT(stated_px, 1.5) << "the draws are of the size that is meant";
   EXPECT_LT(corrected_px, stated_px / 3.0);
-  // The stated deviation is of the size of the error, and no smaller than half of it.
+  // The stated deviation of the place is of the size of the error, and no smaller than half of it.
   const double sigma_px = std::sqrt(sigma_squares / kDraws);
   EXPECT_LT(corrected_px, 2.0 * sigma_px);
   EXPECT_LT(sigma_px, stated_px / 2.0);
@@ -135,6 +135,47 @@ TEST_F(PoseCorrectionTest, WrongRoofDoesNotTiltTheCamera) {
     EXPECT_LT(OffPx(Correct({&picture, 1}, kVillagePose).camera_from_world), 0.5) << seed;
     const glm::dmat4 stated = Moved(kVillagePose, RadFromDeg(0.5), 0.05, seed);
     EXPECT_LT(OffPx(Correct({&picture, 1}, stated).camera_from_world), 1.0) << seed;
+  }
+}
+
+// On the axis a rotation about the camera moves a point by focal length times angle, a translation
+// by focal length over depth.
+TEST_F(PoseCorrectionTest, PlaceSigmaIsThatOfRotationAndTranslation) {
+  constexpr double kTurnRad = 0.004;
+  constexpr double kMoveM = 0.05;
+  constexpr double kDepthM = 7.0;
+  CameraIntrinsics undistorted;
+  undistorted.width_px = 640;
+  undistorted.height_px = 480;
+  undistorted.fx_px = undistorted.fy_px = 500.0;
+  undistorted.cx_px = 319.5;
+  undistorted.cy_px = 239.5;
+  const Lens lens(undistorted);
+  PoseCorrection found;
+  found.camera_from_world = kVillagePose;
+  for (std::size_t i = 0; i < 6; ++i) {
+    found.motion_covariance[i][i] = std::pow(i < 3 ? kTurnRad : kMoveM, 2);
+  }
+  const auto world = [&](double depth_m, double right_m = 0.0) {
+    return glm::dvec3(glm::inverse(kVillagePose) * glm::dvec4(right_m, 0.0, depth_m, 1.0));
+  };
+  const double along_axis_px = 500.0 * std::hypot(kTurnRad, kMoveM / kDepthM);
+  EXPECT_NEAR(*PlaceSigmaPx(lens, found, world(kDepthM)), std::sqrt(2.0) * along_axis_px, 1e-9);
+  EXPECT_FALSE(PlaceSigmaPx(lens, found, world(-kDepthM)));
+  EXPECT_FALSE(PlaceSigmaPx(lens, found, world(kDepthM, kDepthM))) << "beside the picture";
+}
+
+// Nothing is found of a pose that stays for lack of edges: its deviation is the expected one.
+TEST_F(PoseCorrectionTest, WithoutEdgesTheDeviationIsTheExpectedOne) {
+  const PoseCorrectionOptions expected;
+  const RayCaster nothing{Mesh{}};
+  const Rgb8Image picture = PictureOf(mesh_, camera_, kVillagePose, 0);
+  const PoseCorrection found =
+      CorrectPoseByEdges(lens_, {&picture, 1}, {{}, nothing}, kVillagePose);
+  EXPECT_FALSE(found.corrected);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double sigma = i < 3 ? expected.rotation_sigma_rad : expected.position_sigma_m;
+    EXPECT_DOUBLE_EQ(found.motion_covariance[i][i], sigma * sigma);
   }
 }
 
