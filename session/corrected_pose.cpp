@@ -52,6 +52,18 @@ std::vector<Rgb8Image> PicturesOf(const Sequence& sequence, FrameSource& frames)
   return pictures;
 }
 
+// What remains unknown of the objects' places in the picture; empty where none is in view.
+std::string ObjectsSigmaText(const Sequence& sequence, const PoseCorrection& found) {
+  const Lens lens(sequence.intrinsics);
+  double largest_px = 0.0;
+  for (const VirtualObjectEntry& object : sequence.virtual_objects) {
+    const glm::dvec3 foot_m(object.world_from_object[3]);
+    largest_px = std::max(largest_px, PlaceSigmaPx(lens, found, foot_m).value_or(0.0));
+  }
+  if (!(largest_px > 0.0)) return {};
+  return fmt::format("; objects' places in the picture are known to {:.1f} px", largest_px);
+}
+
 }  // namespace
 
 std::string CorrectPose(const SessionOptions& options, const Mesh& mesh, Sequence& sequence) {
@@ -77,13 +89,14 @@ std::string CorrectPose(const SessionOptions& options, const Mesh& mesh, Sequenc
   for (FrameEntry& frame : sequence.frames) frame.camera_from_world.reset();
   return fmt::format(
       "camera_from_world: the mesh's edges are {:.1f} px from where it puts them in {} frame(s); "
-      "the camera is turned by {:.2f} deg and moved by {:.3f} m (correct_pose=off keeps the stated "
-      "pose)",
+      "the camera is turned by {:.2f} deg and moved by {:.3f} m{} (correct_pose=off keeps the "
+      "stated pose)",
       found.shift_px,
       pictures.size(),
       DegFromRad(RotationBetweenRad(*stated, found.camera_from_world)),
       glm::distance(Camera{{}, *stated}.CentreWorldM(),
-                    Camera{{}, found.camera_from_world}.CentreWorldM()));
+                    Camera{{}, found.camera_from_world}.CentreWorldM()),
+      ObjectsSigmaText(sequence, found));
 }
 
 }  // namespace pleinair

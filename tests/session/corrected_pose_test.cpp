@@ -19,6 +19,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 const std::filesystem::path kCourtyard = PLEINAIR_SOURCE_DIR "/datasets/samples/courtyard";
 
@@ -52,10 +53,21 @@ TEST_F(CorrectedPose, PutsTheObjectWhereItBelongs) {
   sequence_.camera_from_world = turn_ * true_pose_;
   const double stated_px = OffPx();
   ASSERT_GT(stated_px, 3.0);
-  EXPECT_THAT(
-      CorrectPose(options_, mesh_, sequence_),
-      AllOf(HasSubstr("camera_from_world: the mesh's edges are"), HasSubstr("in 5 frame(s)")));
+  EXPECT_THAT(CorrectPose(options_, mesh_, sequence_),
+              AllOf(HasSubstr("camera_from_world: the mesh's edges are"),
+                    HasSubstr("in 5 frame(s)"),
+                    HasSubstr("; objects' places in the picture are known to")));
   EXPECT_LT(OffPx(), stated_px / 3.0);
+}
+
+TEST_F(CorrectedPose, StatesNoDeviationOfObjectsOutOfView) {
+  sequence_.camera_from_world = turn_ * true_pose_;
+  for (VirtualObjectEntry& object : sequence_.virtual_objects) {
+    const glm::dvec4 behind_camera_m(0.0, 0.0, -1.0, 1.0);
+    object.world_from_object[3] = glm::inverse(true_pose_) * behind_camera_m;
+  }
+  EXPECT_THAT(CorrectPose(options_, mesh_, sequence_),
+              AllOf(HasSubstr("the camera is turned by"), Not(HasSubstr("objects' places"))));
 }
 
 // As many recordings state it: in each frame.
