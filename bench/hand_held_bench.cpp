@@ -1,7 +1,7 @@
 // A camera that is held in the hand: the recorded courtyard's frame 6 with its pose moved by a
 // centimetre and a milliradian a frame, back and forth, under a sun that stands still. Files are
 // read in advance and nothing is written. For each place of the scene's light, in the picture's own
-// size and others.
+// size and others, and for an object of a third of its size.
 //
 //   pleinair_hand_held_bench [Google Benchmark's options]
 //
@@ -36,7 +36,21 @@ namespace {
 
 using ReceiversAt = SurfaceViewOptions::ReceiversAt;
 
-void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt receivers_at) {
+// About the middle of its foot.
+VirtualObject Scaled(VirtualObject object, float scale) {
+  const BoundingBox box = BoundingBoxOf(object.mesh);
+  const glm::vec3 foot_m = {0.5f * (box.lower_m.x + box.upper_m.x),
+                            0.5f * (box.lower_m.y + box.upper_m.y),
+                            box.lower_m.z};
+  for (glm::vec3& at : object.mesh.positions_m) at = foot_m + scale * (at - foot_m);
+  return object;
+}
+
+void HandHeld(benchmark::State& state,
+              int width_px,
+              int height_px,
+              ReceiversAt receivers_at,
+              float object_scale = 1.0f) {
   if (!std::filesystem::exists(kRecordedCourtyard)) {
     state.SkipWithError("the recorded courtyard is not there");
     return;
@@ -50,7 +64,11 @@ void HandHeld(benchmark::State& state, int width_px, int height_px, ReceiversAt 
   FramePipelineOptions options;
   options.view.receivers_at = receivers_at;
   if (receivers_at == ReceiversAt::kSurfaces) options.influence_at = InfluenceAt::kFaces;
-  FramePipeline pipeline({yard.scene, yard.site.model.mesh, yard.sequence.site, yard.site.objects},
+  std::vector<VirtualObject> objects;
+  for (const VirtualObject& object : yard.site.objects) {
+    objects.push_back(Scaled(object, object_scale));
+  }
+  FramePipeline pipeline({yard.scene, yard.site.model.mesh, yard.sequence.site, objects},
                          MakeOutdoorLightingSource({}),
                          compositor,
                          options);
@@ -161,6 +179,15 @@ int main(int argc, char** argv) {
           ->Iterations(at == ReceiversAt::kPixels ? 5 : 60);
     }
   }
+  benchmark::RegisterBenchmark("hand_held/surfaces/1920/third_of_size",
+                               [](benchmark::State& state) {
+                                 constexpr float kThird = 1.0f / 3.0f;
+                                 pleinair::HandHeld(
+                                     state, 1920, 1080, ReceiversAt::kSurfaces, kThird);
+                               })
+      ->Unit(benchmark::kMillisecond)
+      ->UseRealTime()
+      ->Iterations(60);
   for (const auto& [name, at] :
        {std::pair{"pixels", ReceiversAt::kPixels}, std::pair{"surfaces", ReceiversAt::kSurfaces}}) {
     for (const bool in_steps : {false, true}) {

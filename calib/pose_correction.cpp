@@ -223,12 +223,20 @@ std::vector<std::size_t> PicturesWithEdges(const EdgeView& view,
   return with_edges;
 }
 
-// Height of what the mesh has below the camera.
-std::optional<double> GroundBelow(const glm::dmat4& pose, const RayCaster& rays) {
+// Height of what the mesh has below the camera, where heights are measured from there: not on a
+// balcony or a slope, below which the mesh goes on.
+std::optional<double> GroundBelow(const glm::dmat4& pose,
+                                  const RayCaster& rays,
+                                  std::span<const MeshEdge> edges) {
+  constexpr double kLowerM = 0.3;
   const glm::dvec3 eye(glm::inverse(pose)[3]);
   const auto hit = rays.Intersect(glm::vec3(eye), glm::vec3(0.0f, 0.0f, -1.0f));
   if (!hit) return std::nullopt;
-  return static_cast<double>(hit->position_m.z);
+  const double ground_m = hit->position_m.z;
+  const bool goes_on_below = std::any_of(edges.begin(), edges.end(), [&](const MeshEdge& edge) {
+    return std::min(edge.from_m.z, edge.to_m.z) < ground_m - kLowerM;
+  });
+  return goes_on_below ? std::nullopt : std::optional(ground_m);
 }
 
 // What the deviation of a pose moves points by in the picture, root mean square.
@@ -367,14 +375,13 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
     if (!(log_evidence > log_off)) continue;
     log_off = log_evidence;
     best = pose;
-    result.found_share = at.found_share;
   }
   const EdgePictures seen{view,
                           joined,
                           judged.places,
                           fine_pictures,
                           evidence.StepsPerPx(),
-                          GroundBelow(stated, model.rays)};
+                          GroundBelow(stated, model.rays, joined)};
   // The search takes edges to be off each by itself. Where it finds no pose that is more likely,
   // the stated one may still be off by less than it sees.
   const bool found_other = log_off + std::log(kOddsBeforehand) > log_exact;
@@ -382,6 +389,7 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
   best = adjusted.camera_from_world;
   result.log_odds = adjusted.log_odds;
   result.mesh_sigma_m = adjusted.mesh_sigma_m;
+  result.found_share = evidence.At(best, last(adjusted.mesh_sigma_m)).found_share;
   result.chance_share = evidence.ChanceShare(0.5 * reach_px);
   result.shift_px = ShiftPx(view, fine.front(), stated, best);
   // About the stated pose, where that one stays.

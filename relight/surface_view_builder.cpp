@@ -328,7 +328,7 @@ struct SurfaceViewBuilder::Impl {
     ++view.sun_version;
   }
 
-  // The view's images, to be made anew: their memory stays, and what is blank in them.
+  // The view's images, to be recomputed: their memory stays, and what is blank in them.
   SunInView TakeSun() {
     return {std::move(view.sun_visibility),
             std::move(view.sun_bounce),

@@ -7,9 +7,11 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include <ceres/rotation.h>
 #include <Eigen/Dense>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -388,8 +390,9 @@ class Adjustment {
     for (const Explanation& one : all) {
       if (one.log_evidence > best.log_evidence) best = one;
     }
-    double off = 0.0;
-    double exact = 0.0;
+    // So that the odds stay finite where all of one side underflow.
+    double off = std::numeric_limits<double>::min();
+    double exact = off;
     Motion mean = Motion::Zero();
     Matrix6 squares = Matrix6::Zero();
     for (const Explanation& one : all) {

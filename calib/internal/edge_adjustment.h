@@ -15,7 +15,7 @@
 
 namespace pleinair {
 
-// That a stated pose is off, against its being exact, before the pictures are looked at. An
+// Odds that a stated pose is off rather than exact, before the pictures are looked at. An
 // assumption.
 inline constexpr double kOddsBeforehand = 3.0;
 
@@ -56,12 +56,12 @@ struct EdgeAdjustment {
   // Of the camera's motion.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   double mesh_sigma_m = 0.0;  // The most likely one, of a corner along each axis.
-  // Natural logarithm of the odds that the stated pose is off, against its being exact.
+  // Natural logarithm of the odds that the stated pose is off rather than exact.
   double log_odds = 0.0;
 };
 
 // The mean pose, given the stated one and the pictures' steps of light. Each corner of the mesh is
-// displaced by a normal deviation of its own, and takes along the edges that end there. Corners on
+// displaced by a normal deviation of its own, and the edges that end there move with it. Corners on
 // the ground are displaced along it only: heights are above it, and objects stand on it. A step of
 // light near an edge is that edge, another edge of the mesh, or none, in each picture by itself.
 // Where several steps may be the edge, it is known less well. Edges that do not agree with the

@@ -97,7 +97,7 @@ class PixelBlocks {
   // What happens to a block's pixels, or to a corner, which is done with any block around it.
   enum class Work : std::uint8_t {
     kDone,
-    kBlanked,  // Left out, after it was done: it is set to what stands for nothing.
+    kBlanked,  // Left out, and was done before: it is set to a value that means no surface.
     kKept,     // Left out, and blank already.
   };
 
