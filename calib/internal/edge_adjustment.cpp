@@ -185,6 +185,7 @@ class Adjustment {
       if (!is_new && rival.beside_px < known->second.beside_px) known->second = rival;
     }
     std::vector<double> rivals;
+    rivals.reserve(nearest.size());
     for (const auto& [edge, rival] : nearest) rivals.push_back(rival.offset_px);
     return rivals;
   }

@@ -204,7 +204,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   rendered.is_light_coarse = IsLightCoarse(plan.runs);
   last_light_ = ModeOfLight(stage_.Light(), plan.runs);
   last_runs_ = plan.runs;
-  rendered.plan = std::move(plan);
+  rendered.plan = plan;
   rendered.planning_ms = planning_ms;
   rendered.expected_drawing_ms = drawing_ms;
   LearnDrawing(works, rendered);
