@@ -134,7 +134,8 @@ std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) {
   // Trackers repeat a pose until they have the next one.
   constexpr int kMostFramesInPlace = 3;
   const SurfaceView& last = view_builder_.View();
-  if (last.geometry_version == 0) return std::nullopt;
+  // With polygons no view is made in part.
+  if (last.geometry_version == 0 || !frame.sample_polygons.empty()) return std::nullopt;
   frames_in_place_ = last.camera == frame.camera ? frames_in_place_ + 1 : 0;
   const bool may_be_part =
       frames_in_place_ == 0 || (!last.is_whole && frames_in_place_ <= kMostFramesInPlace);

@@ -425,7 +425,8 @@ const SurfaceView& SurfaceViewBuilder::WholeView() {
   const Camera camera = impl_->view.camera;
   const SunPlace sun = *impl_->sun;
   const std::vector<std::shared_ptr<const SkyShape>> shapes = impl_->bare_shapes;
-  return Update(camera, sun, shapes, {});
+  const std::vector<SampleRegionPolygon> limits = impl_->polygons;
+  return Update(camera, sun, shapes, limits);
 }
 
 bool SurfaceViewBuilder::IsAtHand(const Camera& camera,
