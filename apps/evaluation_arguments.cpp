@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/regress_command.h"
+#include "apps/settings_arguments.h"
 #include "apps/tradeoff_command.h"
 
 namespace pleinair {
@@ -18,9 +19,6 @@ int PrintRegression(const RegressResult& result) {
   for (const std::string& reason : result.reasons) PrintError(reason);
   return result.reasons.empty() ? 0 : kGotWorse;
 }
-
-// What the setting prepare.rays takes.
-CLI::Validator AsPreparedRays() { return CLI::Range(16, 65536); }
 
 }  // namespace
 
@@ -62,21 +60,18 @@ void AddRegress(CLI::App& app, Work& work) {
           "for the baseline: no composites, which take most of the time")
       ->needs(write);
   regress
-      .add_option("--patch-size",
-                  settings.patch_size_m,
-                  "for the baseline: prepare.patch_size_m; coarser is faster")
-      ->check(Positive())
-      ->needs(write);
-  regress.add_option("--rays", settings.rays, "for the baseline: prepare.rays; fewer are faster")
-      ->check(AsPreparedRays())
-      ->needs(write);
-  regress
       .add_option("--cache",
                   options->cache,
                   "folder for prepared data (default: pleinair in the user's cache folder)")
       ->type_name("FOLDER");
-  regress.callback([options, &work] {
-    work = [options] { return PrintRegression(RunRegressCommand(*options)); };
+  auto given = std::make_shared<GivenSettings>();
+  AddSettings(regress, *given);
+  regress.callback([options, given, &work] {
+    work = [options, given] {
+      SessionOptions allowed;
+      options->settings.assignments = given->ApplyTo(allowed);
+      return PrintRegression(RunRegressCommand(*options));
+    };
   });
 }
 
@@ -86,7 +81,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
   CLI::App& tradeoff = *app.add_subcommand(
       "tradeoff", "Error against time for the settings, on a recorded sequence with truth");
   tradeoff.footer(
-      "Example: pleinair tradeoff datasets/samples/courtyard --sweep samples,loss --out tradeoff");
+      "Example: pleinair tradeoff datasets/samples/courtyard --sweep light.samples,light.fit.loss --out tradeoff");
   TrialSettings& trials = options->trials;
   tradeoff
       .add_option("sequence",
@@ -101,11 +96,8 @@ void AddTradeoff(CLI::App& app, Work& work) {
       .add_option(
           "--sweep",
           options->sweep,
-          "settings to sweep: outdoors samples,choice,loss,"
-          "solver,sky-shapes,bounces; rays,patch-size; with pictures object-light,object-rays,"
-          "sh-bands,probes,probe-rays,map-width,shadow,influence,threshold,sun-block,"
-          "receiver-block,object-samples; with a fish-eye regions; indoors light-samples,"
-          "shadow-map,windows (default: all that mean something). front: combinations of them. "
+          "settings to sweep, by the names that `pleinair settings` lists (default: all that mean "
+          "something for the sequence; another name lists them). front: combinations of them. "
           "Or imperfections, all or by name (gain,exposure,veil,vignette,saturation,curve,sharpen,"
           "jpeg,pose_deg,pose_m,mesh_m,north_deg,clip,albedo): what they cost, one at a time")
       ->type_name("NAME,...")
@@ -129,18 +121,18 @@ void AddTradeoff(CLI::App& app, Work& work) {
                   "combinations of settings that are tried for the front")
       ->check(CLI::Range(1, 10000));
   tradeoff
-      .add_option(
-          "--patch-size", trials.prepare.patch_size_m, "prepare.patch_size_m, where not swept")
-      ->check(Positive());
-  tradeoff.add_option("--rays", trials.prepare.rays, "prepare.rays, where not swept")
-      ->check(AsPreparedRays());
-  tradeoff
       .add_option("--cache",
-                  trials.cache,
+                  trials.session.cache,
                   "folder for prepared data (default: pleinair in the user's cache folder)")
       ->type_name("FOLDER");
-  tradeoff.callback(
-      [options, &work] { work = [options] { return Print(RunTradeoffCommand(*options)); }; });
+  auto given = std::make_shared<GivenSettings>();
+  AddSettings(tradeoff, *given);
+  tradeoff.callback([options, given, &work] {
+    work = [options, given] {
+      given->ApplyTo(options->trials.session);
+      return Print(RunTradeoffCommand(*options));
+    };
+  });
 }
 
 }  // namespace pleinair

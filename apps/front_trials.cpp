@@ -62,8 +62,7 @@ FrontTrials::FrontTrials(const TrialSettings& settings, const Progress& progress
                              ": its truth has no picture with an object: expected some, to "
                              "measure errors");
   }
-  default_run_ = std::make_unique<SequenceSession>(
-      default_, OptionsOf(CombinationOf(Quality::kBalanced), 1), context_);
+  default_runs_ = RunsOf(OptionsOf(CombinationOf(Quality::kBalanced), 1));
 }
 
 int FrontTrials::Frames() const {
@@ -142,6 +141,15 @@ std::shared_ptr<const LoadedSequence> FrontTrials::Load(const SessionOptions& op
   return loaded_.back().second;
 }
 
+FrontTrials::Runs FrontTrials::RunsOf(const SessionOptions& options) {
+  const std::shared_ptr<const LoadedSequence> loaded = Load(options);
+  SessionOptions of_moving = options;
+  of_moving.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
+  of_moving.influence_at = InfluenceAt::kFaces;
+  return {std::make_unique<SequenceSession>(loaded, options, context_),
+          std::make_unique<SequenceSession>(loaded, of_moving, context_)};
+}
+
 Frame FrontTrials::Run(SequenceSession& run, FrontPoint& point) {
   std::optional<Frame> last;
   while (std::optional<SessionStep> step =
@@ -160,17 +168,17 @@ Frame FrontTrials::Run(SequenceSession& run, FrontPoint& point) {
   return std::move(*last);
 }
 
-FrontTrials::Times FrontTrials::Time(SequenceSession& run, const Frame& frame) {
+FrontTrials::Times FrontTrials::Time(Runs& runs, const Frame& frame) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   Times least{kNone, kNone};
   for (int i = 0; i < kStillFrames; ++i) {
-    const double ms = TimedMs(run, frame);
+    const double ms = TimedMs(*runs.still, frame);
     if (i > 0) least.still = std::min(least.still, ms);
   }
   for (int i = 1; i <= kMovingFrames; ++i) {
     Frame turned = frame;
     turned.camera = TurnedAboutItself(frame.camera, RadFromDeg(i * kTurnOfAFrameDeg));
-    const double ms = TimedMs(run, std::move(turned));
+    const double ms = TimedMs(*runs.moving, std::move(turned));
     if (i > 1) least.moving = std::min(least.moving, ms);
   }
   return least;
@@ -182,11 +190,10 @@ FrontTrials::Measured FrontTrials::Measure(const Combination& combination) {
   try {
     for (int s = 1; s <= settings_.costly_seeds; ++s) {
       const auto seed = static_cast<std::uint64_t>(s);
-      const SessionOptions options = OptionsOf(combination, seed);
-      SequenceSession run(Load(options), options, context_);
-      const Frame frame = Run(run, measured.point);
-      const Times of_default = Time(*default_run_, frame);
-      measured.pairs.push_back({of_default, Time(run, frame)});
+      Runs runs = RunsOf(OptionsOf(combination, seed));
+      const Frame frame = Run(*runs.still, measured.point);
+      const Times of_default = Time(default_runs_, frame);
+      measured.pairs.push_back({of_default, Time(runs, frame)});
     }
   } catch (const std::exception& error) {
     measured.point.failure = error.what();

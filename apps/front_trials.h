@@ -11,6 +11,7 @@
 #include "apps/tradeoff_trials.h"
 #include "pipeline/front_search.h"
 #include "session/quality.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 
@@ -56,11 +57,18 @@ class FrontTrials {
     std::vector<Pair> pairs;  // One a seed.
   };
 
+  // Runs of the same options, for a camera that stands still and for one that moves.
+  struct Runs {
+    std::unique_ptr<SequenceSession> still;
+    std::unique_ptr<SequenceSession> moving;
+  };
+
   SessionOptions OptionsOf(const Combination& combination, std::uint64_t seed) const;
   std::shared_ptr<const LoadedSequence> Load(const SessionOptions& options);
+  Runs RunsOf(const SessionOptions& options);
   // Runs the pictured frames; returns the last for Time.
   Frame Run(SequenceSession& run, FrontPoint& point);
-  static Times Time(SequenceSession& run, const Frame& frame);
+  static Times Time(Runs& runs, const Frame& frame);
   Measured Measure(const Combination& combination);
   CombinationCost CostOf(const Measured& measured) const;
 
@@ -72,7 +80,7 @@ class FrontTrials {
   RunScorer scorer_;
   std::vector<bool> wanted_;
   std::shared_ptr<const HeadlessContext> context_ = std::make_shared<const HeadlessContext>();
-  std::unique_ptr<SequenceSession> default_run_;  // To time the others against.
+  Runs default_runs_;  // To time the others against.
 };
 
 }  // namespace pleinair

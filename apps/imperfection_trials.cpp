@@ -140,10 +140,9 @@ std::vector<ImperfectRecording> MeasureImperfections(const ImperfectionSettings&
     recordings.push_back(ReadRecording(folder, settings.frames_limit));
   }
   const ScratchFolder scratch;
-  SessionOptions options;
+  SessionOptions options = settings.session;
   options.sequence = scratch.Path() / "sequence";
-  options.cache = settings.cache.empty() ? scratch.Path() / "cache" : settings.cache;
-  options.prepare = settings.prepare;
+  if (options.cache.empty()) options.cache = scratch.Path() / "cache";
   options.frames = FrameKind::kLdr;
 
   const bool without_maps = std::any_of(

@@ -14,10 +14,10 @@ namespace pleinair {
 
 struct ImperfectionSettings {
   std::vector<std::filesystem::path> sequences;  // Each with its truth/.
-  std::filesystem::path cache;  // Cache of preparations; empty: removed after the sweep.
+  // Of all runs. Where its cache is empty, what is prepared is removed after the sweep.
+  SessionOptions session;
   int seeds = 2;
-  int frames_limit = 4;     // Spread over those that have a picture with the object.
-  PrepareSettings prepare;  // The same for all runs.
+  int frames_limit = 4;  // Spread over those that have a picture with the object.
 };
 
 // Figures of one run.

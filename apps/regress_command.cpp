@@ -167,8 +167,8 @@ RegressResult RunRegressCommand(const RegressCommandOptions& options) {
   if (options.write_baseline) return WriteBaseline(options, file, sequences);
   if (options.settings != FigureSettings{}) {
     throw std::invalid_argument(
-        "a check measures as its baseline did: --frames-limit, --light-alone, --patch-size and "
-        "--rays go with --write-baseline");
+        "a check measures as its baseline did: --frames-limit, --light-alone, --set and "
+        "--settings go with --write-baseline");
   }
   const RegressionBaseline baseline = ReadRegressionBaseline(file);
   std::vector<SequenceRegression> checked;

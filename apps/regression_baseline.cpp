@@ -4,28 +4,46 @@
 #include <limits>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/whole_text.h"
 #include "calib/json_cursor.h"
+#include "session/settings.h"
 
 namespace pleinair {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "pleinair-baseline-1";
+constexpr const char* kFormat = "pleinair-baseline-2";
+constexpr std::size_t kMostSettings = 1000;
+
+// "name=value" of a setting that allows the value.
+std::string KnownAssignment(const JsonCursor& at) {
+  std::string assignment = at.Text();
+  try {
+    SessionOptions allowed;
+    ApplySetting(assignment, allowed);
+  } catch (const std::invalid_argument& error) {
+    at.Fail(fmt::format("a setting ({})", error.what()));
+  }
+  return assignment;
+}
 
 FigureSettings SettingsFrom(const JsonCursor& at) {
   constexpr int kMost = std::numeric_limits<int>::max();
-  at.CheckKeys({"frames_limit", "pictures", "patch_size_m", "rays"});
+  at.CheckKeys({"frames_limit", "pictures", "set"});
   FigureSettings settings;
   if (const auto limit = at.Optional("frames_limit")) {
     settings.frames_limit = limit->IntegerIn(0, kMost);
   }
   if (const auto pictures = at.Optional("pictures")) settings.pictures = pictures->Boolean();
-  if (const auto size_m = at.Optional("patch_size_m")) settings.patch_size_m = size_m->Number();
-  if (const auto rays = at.Optional("rays")) settings.rays = rays->IntegerIn(1, kMost);
+  if (const auto assignments = at.Optional("set")) {
+    for (const JsonCursor& assignment : assignments->List(0, kMostSettings)) {
+      settings.assignments.push_back(KnownAssignment(assignment));
+    }
+  }
   return settings;
 }
 
@@ -42,8 +60,7 @@ SeededFigures FiguresFrom(const JsonCursor& at) {
 
 Json ToJson(const FigureSettings& settings) {
   Json json = {{"frames_limit", settings.frames_limit}, {"pictures", settings.pictures}};
-  if (settings.patch_size_m) json["patch_size_m"] = *settings.patch_size_m;
-  if (settings.rays) json["rays"] = *settings.rays;
+  if (!settings.assignments.empty()) json["set"] = settings.assignments;
   return json;
 }
 

@@ -8,6 +8,7 @@
 #include "datasets/truth.h"
 #include "render/gl_context.h"
 #include "session/sequence_session.h"
+#include "session/settings.h"
 
 namespace pleinair {
 namespace {
@@ -64,8 +65,7 @@ std::vector<RunToJudge> RunForFigures(const std::filesystem::path& sequence,
   SessionOptions options;
   options.sequence = sequence;
   options.cache = cache;
-  options.prepare.patch_size_m = settings.patch_size_m;
-  options.prepare.rays = settings.rays;
+  for (const std::string& assignment : settings.assignments) ApplySetting(assignment, options);
   options.with_objects = settings.pictures;
   const auto loaded = LoadSequence(options, ProgressOnStandardError());
   const std::vector<bool> wanted =

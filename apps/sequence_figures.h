@@ -2,7 +2,7 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "datasets/run_scorer.h"
@@ -12,10 +12,9 @@ namespace pleinair {
 
 // How a sequence's figures are measured; what is unset is as `run` has it.
 struct FigureSettings {
-  int frames_limit = 0;  // So many, spread over the sequence; 0: all.
-  bool pictures = true;  // False: the light alone, in a fraction of the time.
-  std::optional<double> patch_size_m;
-  std::optional<int> rays;
+  int frames_limit = 0;                  // So many, spread over the sequence; 0: all.
+  bool pictures = true;                  // False: the light alone, in a fraction of the time.
+  std::vector<std::string> assignments;  // "name=value", as session/settings.h has them.
 
   bool operator==(const FigureSettings&) const = default;
 };

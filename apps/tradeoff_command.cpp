@@ -39,14 +39,14 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
   if (names.empty()) return axes;
   for (const std::string& name : names) {
     const bool is_there = std::any_of(
-        axes.begin(), axes.end(), [&](const SweepAxis& axis) { return axis.name == name; });
+        axes.begin(), axes.end(), [&](const SweepAxis& axis) { return axis.setting == name; });
     if (is_there) continue;
     std::string all;
-    for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ",").append(axis.name);
+    for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ",").append(axis.setting);
     throw std::invalid_argument(fmt::format("--sweep {}: this sequence has {}", name, all));
   }
   std::erase_if(axes, [&](const SweepAxis& axis) {
-    return std::find(names.begin(), names.end(), axis.name) == names.end();
+    return std::find(names.begin(), names.end(), axis.setting) == names.end();
   });
   return axes;
 }
@@ -75,7 +75,7 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
                              ": its light is measured by a fish-eye and its truth has no pictures "
                              "with the object: expected something to measure errors");
   }
-  for (const SweepAxis& axis : axes) spdlog::info("{}: {}", axis.name, axis.words);
+  for (const SweepAxis& axis : axes) spdlog::info("{}: {}", axis.setting, axis.Words());
   MakeFolder(options.out);
 
   TradeoffPage page;
@@ -97,7 +97,7 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
   for (const SweptAxis& swept : page.axes) {
     for (const SweepResult& result : swept.results) {
       if (result.failure.empty()) continue;
-      spdlog::warn("{} {}: {}", swept.axis.name, result.value, result.failure);
+      spdlog::warn("{} {}: {}", swept.axis.setting, result.value, result.failure);
     }
   }
   WriteWholeText(options.out / "tradeoff.csv", TradeoffCsv(page));
@@ -163,9 +163,8 @@ std::string SweepImperfections(const TradeoffCommandOptions& options,
   const TrialSettings& trials = options.trials;
   ImperfectionSettings settings;
   settings.sequences = options.sequences;
-  settings.cache = trials.cache;
   settings.seeds = trials.costly_seeds;
-  settings.prepare = trials.prepare;
+  settings.session = trials.session;
   if (options.frames_limit) settings.frames_limit = *options.frames_limit;
   ImperfectionPage page;
   page.dials = dials;
@@ -207,11 +206,11 @@ std::string RunTradeoffCommand(const TradeoffCommandOptions& options) {
         "{} sequences: expected one, or --sweep {}", options.sequences.size(), kImperfectionSweep));
   }
   TrialSettings settings = options.trials;
-  settings.sequence = options.sequences.front();
+  settings.session.sequence = options.sequences.front();
   if (options.frames_limit) settings.frames_limit = *options.frames_limit;
   std::vector<std::string> axes = options.sweep;
   const bool with_front = std::erase(axes, kFrontSweep) > 0 ||
-                          (options.sweep.empty() && HasPictures(settings.sequence));
+                          (options.sweep.empty() && HasPictures(settings.session.sequence));
   std::string said;
   if (!axes.empty() || options.sweep.empty()) said = SweepAxes(options, settings, axes);
   if (with_front) said += (said.empty() ? "" : "\n") + SearchTheFront(options, settings);

@@ -136,7 +136,7 @@ std::string TableOf(const SweptAxis& swept, const AxisView& view) {
   std::string html = fmt::format(
       "<table><tr><th>{}</th><th>{}</th><th>spread</th>"
       "<th>ms</th><th>spread</th>{}<th></th></tr>\n",
-      swept.axis.name,
+      swept.axis.setting,
       ErrorWords(swept.axis),
       light ? "<th>sun, %</th><th>sky, %</th>" : "<th>object, dB</th><th>around it, dB</th>");
   const double unit = ErrorUnit(swept.axis);
@@ -204,7 +204,7 @@ std::string TradeoffCsv(const TradeoffPage& page) {
       const std::optional<Spread> error = SpreadOf(view.points[i].error);
       const std::optional<Spread> time_ms = SpreadOf(view.points[i].time_ms);
       csv += fmt::format("{},{},{},{},{},{}",
-                         swept.axis.name,
+                         swept.axis.setting,
                          CsvText(result.value),
                          result.is_default ? 1 : 0,
                          view.places[i].on_front ? 1 : 0,
@@ -227,7 +227,7 @@ std::string TradeoffCsv(const TradeoffPage& page) {
 std::string DefaultsText(const TradeoffPage& page) {
   std::string text;
   for (const SweptAxis& swept : page.axes) {
-    text += swept.axis.name + ": " + DefaultSentence(swept, ViewOf(swept)) + "\n";
+    text += swept.axis.setting + ": " + DefaultSentence(swept, ViewOf(swept)) + "\n";
   }
   return text;
 }
@@ -241,15 +241,16 @@ std::string TradeoffHtml(const TradeoffPage& page) {
       "red.</p>\n<h2>Defaults</h2>\n<ul>\n";
   for (const SweptAxis& swept : page.axes) {
     html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n",
-                        swept.axis.name,
+                        swept.axis.setting,
                         EscapeHtml(DefaultSentence(swept, ViewOf(swept))));
   }
   html += "</ul>\n";
   bool has_definitions = false;
   for (const SweptAxis& swept : page.axes) {
     const AxisView view = ViewOf(swept);
-    html += fmt::format(
-        "<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n", swept.axis.name, EscapeHtml(swept.axis.words));
+    html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n",
+                        swept.axis.setting,
+                        EscapeHtml(swept.axis.Words()));
     const std::string svg = ChartOf(swept, view);
     html += (has_definitions ? WithoutDefinitions(svg) : svg) + "\n";
     has_definitions = has_definitions || !svg.empty();

@@ -30,10 +30,7 @@ double CodesOfPsnr(double psnr_db) { return 255.0 * std::pow(10.0, -psnr_db / 20
 }  // namespace
 
 SessionOptions TrialRunOptions(const TrialSettings& settings) {
-  SessionOptions options;
-  options.sequence = settings.sequence;
-  options.cache = settings.cache;
-  options.prepare = settings.prepare;
+  SessionOptions options = settings.session;
   options.pipeline.filter.reset();  // Each frame by itself.
   return options;
 }
@@ -130,7 +127,7 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
     const int seeds = is_costly ? settings_.costly_seeds : settings_.seeds;
     const auto add = [&](std::size_t v, const std::vector<std::uint64_t>& with) {
       Job job{&axis, &of_axis.results[v], TrialRunOptions(settings_), with, false};
-      axis.values[v].apply(job.options);
+      axis.values[v].ApplyTo(job.options);
       if (axis.rays_by_seed) job.options.prepare.seed = with.front();
       jobs.push_back(std::move(job));
     };
@@ -175,7 +172,7 @@ std::vector<SweptAxis> TradeoffTrials::Measure(const std::vector<SweepAxis>& axe
 std::shared_ptr<const LoadedSequence> TradeoffTrials::Load(const SessionOptions& options,
                                                            double& prepare_s) {
   prepare_s = 0.0;
-  if (options.prepare == settings_.prepare) return default_;
+  if (options.prepare == settings_.session.prepare) return default_;
   if (other_ == nullptr || !(options.prepare == other_settings_)) {
     other_.reset();  // Before the next one takes as much.
     const auto start = std::chrono::steady_clock::now();

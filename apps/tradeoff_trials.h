@@ -12,16 +12,15 @@
 #include "pipeline/tradeoff.h"
 #include "relight/progress.h"
 #include "render/gl_context.h"
+#include "session/sequence_session.h"
 
 namespace pleinair {
 
 struct TrialSettings {
-  std::filesystem::path sequence;
-  std::filesystem::path cache;  // Empty: the user's cache folder.
-  int seeds = 20;               // For settings that are judged by the light.
-  int costly_seeds = 3;         // For settings that need new pictures or rays.
-  int frames_limit = 24;        // Spread over the sequence.
-  PrepareSettings prepare;      // Where they are not swept.
+  SessionOptions session;  // Of all runs, where it is not swept.
+  int seeds = 20;          // For settings that are judged by the light.
+  int costly_seeds = 3;    // For settings that need new pictures or rays.
+  int frames_limit = 24;   // Spread over the sequence.
 };
 
 // With one seed; medians over frames. None where it was not measured.

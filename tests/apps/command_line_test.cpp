@@ -186,8 +186,9 @@ TEST_F(CommandLine, EscapesWhatATerminalWouldObey) {
 // 1 is for figures that got worse, 2 for bad input.
 TEST_F(CommandLine, RegressEndsWith1WhereAFigureGotWorse) {
   std::ofstream(folder_ / "baseline.json")
-      << R"({"format": "pleinair-baseline-1", "sequences": {"courtyard": {"settings":
-             {"frames_limit": 1, "pictures": false, "patch_size_m": 4, "rays": 16},
+      << R"({"format": "pleinair-baseline-2", "sequences": {"courtyard": {"settings":
+             {"frames_limit": 1, "pictures": false,
+             "set": ["prepare.patch_size_m=4", "prepare.rays=16"]},
              "figures": {"frames_done": [2]}}}})";
   const std::string regress =
       "regress " PLEINAIR_SOURCE_DIR "/datasets/samples --cache " + (folder_ / "cache").string();

@@ -74,15 +74,15 @@ INSTANTIATE_TEST_SUITE_P(
 // The other figures are those of a moment ago.
 TEST_F(RegressCommand, ReportsAFigureThatGotWorseByMoreThanItsNoise) {
   RegressCommandOptions options = Quick();
-  WriteRegressionBaseline({{"elsewhere", {{3, false, 0.5, 32}, {{"frames_done", {3.0}}}}}},
-                          options.baseline);
+  const FigureSettings elsewhere{3, false, {"prepare.patch_size_m=0.5", "prepare.rays=32"}};
+  WriteRegressionBaseline({{"elsewhere", {elsewhere, {{"frames_done", {3.0}}}}}}, options.baseline);
   options.write_baseline = true;
   options.seeds = 2;
-  options.settings = {1, false, 4.0, 16};
+  options.settings = {1, false, {"prepare.patch_size_m=4", "prepare.rays=16"}};
   RunRegressCommand(options);
 
   RegressionBaseline baseline = ReadRegressionBaseline(options.baseline);
-  EXPECT_EQ(baseline.at("elsewhere").settings, (FigureSettings{3, false, 0.5, 32})) << "stays";
+  EXPECT_EQ(baseline.at("elsewhere").settings, elsewhere) << "stays";
   EXPECT_THAT(baseline.at("elsewhere").figures.at("frames_done"), ElementsAre(3.0));
   SequenceBaseline& courtyard = baseline.at("courtyard");
   EXPECT_THAT(courtyard.figures.at("sun_error_median"), SizeIs(2)) << "one for each seed";
@@ -110,8 +110,9 @@ TEST_F(RegressCommand, WritesABaselineOnlyWhenAskedTo) {
 // One of two sequences is broken: the other is still checked.
 TEST_F(RegressCommand, ASequenceThatCannotBeRunIsAReasonOfItsOwn) {
   Write("baseline.json",
-        R"({"format": "pleinair-baseline-1", "sequences": {"courtyard": {"settings":
-            {"frames_limit": 1, "pictures": false, "patch_size_m": 4, "rays": 16},
+        R"({"format": "pleinair-baseline-2", "sequences": {"courtyard": {"settings":
+            {"frames_limit": 1, "pictures": false,
+             "set": ["prepare.patch_size_m=4", "prepare.rays=16"]},
             "figures": {"frames_done": [1]}}}})");
   fs::create_directories(folder_ / "many" / "broken");
   Write("many/broken/sequence.json", "{}");
@@ -136,10 +137,10 @@ TEST_F(RegressCommand, RefusesWhatIsNoSequenceAndNoBaseline) {
   Write("baseline.json", "[]");
   EXPECT_THAT(RefusalOf(options), HasSubstr("expected an object"));
   Write("baseline.json", R"({"format": "pleinair-sequence"})");
-  EXPECT_THAT(RefusalOf(options), HasSubstr("format: expected \"pleinair-baseline-1\""));
+  EXPECT_THAT(RefusalOf(options), HasSubstr("format: expected \"pleinair-baseline-2\""));
   Write("baseline.json", "{");
   EXPECT_THAT(RefusalOf(options), HasSubstr("expected valid JSON"));
-  const std::string head = R"({"format": "pleinair-baseline-1", "sequences": {"a": )";
+  const std::string head = R"({"format": "pleinair-baseline-2", "sequences": {"a": )";
   Write("baseline.json", head + "3}}");
   EXPECT_THAT(RefusalOf(options), HasSubstr("sequences.a: expected an object"));
   Write("baseline.json", head + R"({"settings": {"colour": 1}, "figures": {}}}})");
@@ -148,9 +149,16 @@ TEST_F(RegressCommand, RefusesWhatIsNoSequenceAndNoBaseline) {
                              HasSubstr("found \"colour\"")));
   // A text of it, for the message, would overflow the stack.
   Write("baseline.json",
-        head + R"({"settings": {"rays": )" + std::string(1'000'000, '[') +
+        head + R"({"settings": {"set": )" + std::string(1'000'000, '[') +
             std::string(1'000'000, ']') + R"(}, "figures": {}}}})");
   EXPECT_THAT(RefusalOf(options), HasSubstr("64 levels of nesting"));
+  for (const char* assignment : {"light.colour=3", "prepare.rays=1", "prepare.rays"}) {
+    Write("baseline.json",
+          head + R"({"settings": {"set": [")" + assignment + R"("]}, "figures": {}}}})");
+    EXPECT_THAT(RefusalOf(options),
+                testing::AllOf(HasSubstr("sequences.a.settings.set[0]: expected a setting"),
+                               HasSubstr(assignment)));
+  }
   for (const char* number : {"4294967297", "1000000000000", "-1", "1.5"}) {
     Write("baseline.json",
           head + R"({"settings": {"frames_limit": )" + number + R"(}, "figures": {}}}})");

@@ -25,12 +25,12 @@ class TradeoffCommand : public CommandFolder {
   TradeoffCommandOptions Quick(std::vector<std::string> sweep) const {
     TradeoffCommandOptions options;
     options.sequences = {kCourtyard};
-    options.trials.cache = folder_ / "cache";
+    options.trials.session.cache = folder_ / "cache";
     options.trials.seeds = 3;
     options.trials.costly_seeds = 1;
     options.frames_limit = 1;
-    options.trials.prepare.patch_size_m = 4.0;
-    options.trials.prepare.rays = 16;
+    options.trials.session.prepare.patch_size_m = 4.0;
+    options.trials.session.prepare.rays = 16;
     options.out = folder_ / "out";
     options.sweep = std::move(sweep);
     return options;
@@ -44,11 +44,12 @@ class TradeoffCommand : public CommandFolder {
 };
 
 TEST_F(TradeoffCommand, ReportsErrorAndTimeOfEachSetting) {
-  const std::string said = RunTradeoffCommand(Quick({"solver", "samples", "influence"}));
+  const std::string said =
+      RunTradeoffCommand(Quick({"light.fit.solver", "light.samples", "influence_at"}));
   EXPECT_THAT(said,
-              AllOf(HasSubstr("solver: the default, ceres, "),
-                    HasSubstr("samples: the default, 500, "),
-                    HasSubstr("influence: the default, pixels, ")));
+              AllOf(HasSubstr("light.fit.solver: the default, ceres, "),
+                    HasSubstr("light.samples: the default, 500, "),
+                    HasSubstr("influence_at: the default, pixels, ")));
   const std::string csv = Read("tradeoff.csv");
   std::istringstream lines(csv);
   std::string line;
@@ -64,9 +65,9 @@ TEST_F(TradeoffCommand, ReportsErrorAndTimeOfEachSetting) {
     for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
     EXPECT_GT(std::stod(cells.at(6)), 0.0) << "error in " << line;
     EXPECT_GT(std::stod(cells.at(9)), 0.0) << "time in " << line;
-    EXPECT_EQ(cells.at(5), cells.at(0) == "influence" ? "1" : "3") << "seeds in " << line;
+    EXPECT_EQ(cells.at(5), cells.at(0) == "influence_at" ? "1" : "3") << "seeds in " << line;
     on_front += cells.at(3) == "1" ? 1 : 0;
-    if (cells.at(0) == "solver") errors_of_solvers.insert(cells.at(6));
+    if (cells.at(0) == "light.fit.solver") errors_of_solvers.insert(cells.at(6));
   }
   EXPECT_EQ(rows, 9 + 2 + 2);
   EXPECT_GE(on_front, 3) << "every axis has a front";
@@ -82,18 +83,20 @@ TEST_F(TradeoffCommand, RefusesWhatItCannotSweep) {
   const auto refusal = [](const TradeoffCommandOptions& options) {
     return Refusal(RunTradeoffCommand, options);
   };
-  EXPECT_THAT(refusal(Quick({"samples", "colour"})),
-              AllOf(HasSubstr("--sweep colour: "), HasSubstr("samples,choice,loss")));
-  EXPECT_THAT(refusal(Quick({"regions"})), HasSubstr("--sweep regions"))
+  EXPECT_THAT(
+      refusal(Quick({"light.samples", "colour"})),
+      AllOf(HasSubstr("--sweep colour: "), HasSubstr("light.samples,light.choice,light.fit.loss")));
+  EXPECT_THAT(refusal(Quick({"sky_regions"})), HasSubstr("--sweep sky_regions"))
       << "there is no fish-eye outdoors";
-  EXPECT_THAT(refusal(Quick({"samples", "north_deg"})),
-              AllOf(HasSubstr("--sweep samples,north_deg: expected"), HasSubstr("imperfections")));
-  TradeoffCommandOptions two = Quick({"samples"});
+  EXPECT_THAT(
+      refusal(Quick({"light.samples", "north_deg"})),
+      AllOf(HasSubstr("--sweep light.samples,north_deg: expected"), HasSubstr("imperfections")));
+  TradeoffCommandOptions two = Quick({"light.samples"});
   two.sequences.push_back(kCourtyard);
   EXPECT_THAT(refusal(two), HasSubstr("2 sequences: expected one"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 
-  TradeoffCommandOptions blind = Quick({"samples"});
+  TradeoffCommandOptions blind = Quick({"light.samples"});
   blind.sequences = {folder_ / "blind"};
   fs::create_directories(blind.sequences[0]);
   for (const fs::directory_entry& entry : fs::directory_iterator(kCourtyard)) {
@@ -138,11 +141,11 @@ TEST_F(TradeoffCommand, StatesWhatAnImperfectionCosts) {
 TEST_F(TradeoffCommand, AnImperfectionCostsTheSameEachTime) {
   ImperfectionSettings settings;
   settings.sequences = {kCourtyard};
-  settings.cache = folder_ / "cache";
+  settings.session.cache = folder_ / "cache";
   settings.seeds = 1;
   settings.frames_limit = 1;
-  settings.prepare.patch_size_m = 4.0;
-  settings.prepare.rays = 16;
+  settings.session.prepare.patch_size_m = 4.0;
+  settings.session.prepare.rays = 16;
   ImperfectionDial dial = ImperfectionDials().front();
   dial.sizes = {dial.usual};
   const auto measure = [&] {
@@ -178,16 +181,17 @@ TEST(SweepAxes, EveryAxisHasItsDefaultAmongItsValues) {
     for (const bool indoors : {false, true}) {
       std::set<std::string> names;
       for (const SweepAxis& axis : SweepAxesFor({fitted, true, indoors, InfluenceAt::kFaces})) {
-        EXPECT_TRUE(names.insert(axis.name).second) << axis.name << " occurs twice";
+        EXPECT_TRUE(names.insert(axis.setting).second) << axis.setting << " occurs twice";
         const auto defaults =
             std::count_if(axis.values.begin(), axis.values.end(), [&](const SweepValue& value) {
               return value.text == axis.default_text;
             });
-        EXPECT_EQ(defaults, 1) << axis.name;
+        EXPECT_EQ(defaults, 1) << axis.setting;
       }
-      EXPECT_EQ(names.contains("samples"), fitted);
-      EXPECT_EQ(names.contains("regions"), !fitted);
-      EXPECT_EQ(names.contains("windows"), indoors);
+      EXPECT_EQ(names.contains("light.samples"), fitted);
+      EXPECT_EQ(names.contains("sky_regions"), !fitted);
+      EXPECT_EQ(names.contains("pipeline.object_light.direct_daylight.sampling.restriction"),
+                indoors);
     }
   }
   EXPECT_TRUE(SweepAxesFor({false, false, true, InfluenceAt::kFaces}).empty());
