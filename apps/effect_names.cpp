@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "pipeline/effects/frame_effect.h"
+#include "pipeline/effect.h"
 
 namespace pleinair {
 namespace {
@@ -34,14 +34,13 @@ decltype(EffectSettings::switches) SwitchesOf(std::span<const std::string> names
   EffectSettings effects;
   effects.switches = EffectSettings::Filled(others);
   for (const Effect effect : kAllEffects) {
-    const EffectDefinition& definition = DefinitionOf(effect);
-    if (definition.is_way_of_others && others == EffectSwitch::kOff) {
+    if (IsWayOfOthers(effect) && others == EffectSwitch::kOff) {
       effects[effect] = EffectSwitch::kOn;
     }
-    if (!is_named(definition.name)) continue;
+    if (!is_named(NameOf(effect))) continue;
     effects[effect] = EffectSwitch::kOn;
     for (const Effect other : kAllEffects) {
-      if (definition.brings.Has(other)) effects[other] = EffectSwitch::kOn;
+      if (BroughtBy(effect).Has(other)) effects[other] = EffectSwitch::kOn;
     }
   }
   for (const Effect effect : kAllEffects) {

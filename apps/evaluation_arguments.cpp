@@ -81,7 +81,8 @@ void AddTradeoff(CLI::App& app, Work& work) {
   CLI::App& tradeoff = *app.add_subcommand(
       "tradeoff", "Error against time for the settings, on a recorded sequence with truth");
   tradeoff.footer(
-      "Example: pleinair tradeoff datasets/samples/courtyard --sweep light.samples,light.fit.loss --out tradeoff");
+      "Example: pleinair tradeoff datasets/samples/courtyard --sweep light.samples,light.fit.loss "
+      "--out tradeoff");
   TrialSettings& trials = options->trials;
   tradeoff
       .add_option("sequence",

@@ -228,11 +228,11 @@ LightVector LightingFitter::Impl::Begin() {
       x[u] = last_irradiance_rgb[problem.LightIndex(c, u % problem.basis_count)] /
              problem.irradiance_unit[c];
     }
-    began_anew = !reweighting.Explains(problem, {x, camera_errors}, options);
-    if (!began_anew) return x;
+    restarted = !reweighting.Explains(problem, {x, camera_errors}, options);
+    if (!restarted) return x;
   }
-  began_anew = true;
-  reweighting.Forget();
+  restarted = true;
+  reweighting.Restart();
   camera_errors.setZero();
   return start.Find(problem, NoiseUnits(options), options.shared_error, options.seed);
 }
@@ -313,11 +313,11 @@ LightVector LightingFitter::Impl::WithSun(const LightingPrior& prior, const Ligh
 void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
                                                  const LightVector& x,
                                                  LightingFit& fit) {
-  if (!began_anew) return;
+  if (!restarted) return;
   LightVector start_with_sun = WithSun(prior, x);
   if (start_with_sun.size() == 0) return;
   const ErrorVector errors = camera_errors;
-  reweighting.Forget();
+  reweighting.Restart();
   camera_errors.setZero();
   LightingFit other = fit;
   const LightVector y = FitFrom(prior, std::move(start_with_sun), other);
@@ -333,7 +333,7 @@ void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
   if (is_ambiguous) Blend(other, std::min(share, 1.0 - share), fit);
   if (share > 0.5 || is_ambiguous) return;
   // The next frame continues from here.
-  reweighting.Forget();
+  reweighting.Restart();
   camera_errors = errors;
   Iterate(prior, x, other);
 }
@@ -373,15 +373,15 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   // Over lights fifty times apart, what the fit leaves out of g is 8 g^2 of them: below 0.1 %.
   constexpr double kIsLinear = 0.01;
   constexpr int kMostSteps = 4;
-  bool is_new = impl_->began_anew;
+  bool is_new = impl_->restarted;
   for (int step = 0; step < kMostSteps; ++step) {
     if (!(std::abs(fit.exponent - impl_->problem.removed_exponent) > kIsLinear)) break;
     impl_->Load(samples, prior, sun_is_up, fit.exponent);
     impl_->last_irradiance_rgb = fit.irradiance_rgb;
     x = impl_->FitFrom(prior, impl_->Begin(), fit);
-    is_new = is_new || impl_->began_anew;
+    is_new = is_new || impl_->restarted;
   }
-  impl_->began_anew = is_new;
+  impl_->restarted = is_new;
   impl_->WeighAgainstHiddenSun(prior, x, fit);
   // A blend of two lights is neither of them.
   impl_->last_irradiance_rgb = impl_->is_ambiguous ? LightVector() : fit.irradiance_rgb;

@@ -15,6 +15,7 @@
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
 #include "estimation/texture_contrast.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 namespace {
@@ -154,20 +155,19 @@ class OutdoorLightingSource final : public LightingSource {
   // The key of the set.
   bool drawn_ = false;
   int drawn_size_ = 0;  // Size of the set when it was last filled.
-  std::uint64_t geometry_version_ = 0;
-  std::uint64_t sky_version_ = 0;
-  std::uint64_t sun_version_ = 0;
+  StateId geometry_id_;
+  StateId sky_id_;
+  StateId sun_id_;
   Camera camera_;
 
   bool SetFits(const SurfaceView& view) const {
-    return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_version == geometry_version_ &&
-           view.sky_version == sky_version_ && view.sun_version == sun_version_ &&
-           view.camera == camera_;
+    return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_id == geometry_id_ &&
+           view.sky_id == sky_id_ && view.sun_id == sun_id_ && view.camera == camera_;
   }
 
   // Whether the set's surfaces may be in the view: its camera has moved, or more of it was made.
   bool CanFollow(const SurfaceView& view) const {
-    return drawn_ && view.geometry_version != geometry_version_ &&
+    return drawn_ && view.geometry_id != geometry_id_ &&
            view.camera.intrinsics == camera_.intrinsics;
   }
 
@@ -208,9 +208,9 @@ class OutdoorLightingSource final : public LightingSource {
     const auto start = std::chrono::steady_clock::now();
     DrawSamples(observation);
     drawn_ = true;
-    geometry_version_ = observation.view.geometry_version;
-    sky_version_ = observation.view.sky_version;
-    sun_version_ = observation.view.sun_version;
+    geometry_id_ = observation.view.geometry_id;
+    sky_id_ = observation.view.sky_id;
+    sun_id_ = observation.view.sun_id;
     camera_ = observation.view.camera;
     const std::chrono::duration<double, std::milli> spent =
         std::chrono::steady_clock::now() - start;

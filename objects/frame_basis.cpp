@@ -45,14 +45,14 @@ void FrameBasis::Update(SurfaceViewBuilder& builder,
     return a == b || a->Name() == b->Name();
   };
   if (!std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same_kind)) {
-    versions_.clear();
+    light_ids_.clear();
     shapes_.clear();
-    ++generation_;
+    order_id_ = StateId::Next();
   }
-  const bool is_first = versions_.empty();
-  versions_.resize(lights, 0);
+  const bool is_first = light_ids_.empty();
+  light_ids_.resize(lights);
   largest_.resize(lights);
-  const bool new_sun = is_first || sun_faces_version_ != builder.SunFacesVersion();
+  const bool new_sun = is_first || sun_faces_id_ != builder.SunFacesId();
   sky_is_new_alone_ = false;
   for (std::size_t light = 0; light < lights; ++light) {
     const bool is_new =
@@ -60,14 +60,14 @@ void FrameBasis::Update(SurfaceViewBuilder& builder,
                    : is_first || light > shapes_.size() || shapes_[light - 1] != shapes[light - 1];
     if (!is_new) continue;
     sky_is_new_alone_ = sky_is_new_alone_ || !new_sun;
-    versions_[light] = ++last_version_;
+    light_ids_[light] = StateId::Next();
     const FaceLight& faces = light == 0 ? builder.SunFaces() : builder.SkyFaces(light - 1);
     largest_[light] = LargestOf(faces.radiosity);
     if (light > 0) {
       largest_[light] = glm::max(largest_[light], LargestSkyIrradiance(*shapes[light - 1]));
     }
   }
-  sun_faces_version_ = builder.SunFacesVersion();
+  sun_faces_id_ = builder.SunFacesId();
   shapes_.assign(shapes.begin(), shapes.end());
   sun_ = sun;
   bounce_sun_ = bounce_sun;
@@ -95,17 +95,17 @@ Lighting UnitOf(std::size_t light, std::size_t count) {
 
 std::vector<std::size_t> LightsDone::StaleIn(const FrameBasis& basis,
                                              const Lighting& lighting,
-                                             Upto upto) const {
+                                             Refresh refresh) const {
   std::vector<std::size_t> stale;
   for (std::size_t light = 0; light < basis.LightCount(); ++light) {
     if (IsCurrent(basis, light) || IntensityOf(lighting, light) == glm::vec3(0.0f)) continue;
-    if (upto == Upto::kLacking && Ever(basis, light)) continue;
+    if (refresh == Refresh::kMissing && Ever(basis, light)) continue;
     stale.push_back(light);
   }
   return stale;
 }
 
-double LightsDone::SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const {
+double LightsDone::SunMotionRad(const FrameBasis& basis, const Lighting& lighting) const {
   const glm::dvec3& now = basis.BounceSun().direction_enu;
   double largest = 0.0;
   for (const std::size_t light : StaleIn(basis, lighting)) {

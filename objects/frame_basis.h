@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "relight/surface_view_builder.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -24,16 +24,16 @@ class FrameBasis {
               const DirectionalLight& sun,
               const DirectionalLight& bounce_sun);
 
-  std::size_t LightCount() const { return versions_.size(); }
-  // Changes when the order or the number of lights changes: earlier results are then of none of
-  // them.
-  std::uint64_t Generation() const { return generation_; }
+  std::size_t LightCount() const { return light_ids_.size(); }
+  // Another one when the order or the number of lights changes: earlier results are then of none
+  // of them.
+  StateId OrderId() const { return order_id_; }
   // Whether some sky is new in this frame though the sun has not moved on: the next frame's may be.
   bool SkyIsNewAlone() const { return sky_is_new_alone_; }
-  // Changes when the light does; no two lights share one.
-  std::uint64_t Version(std::size_t light) const { return versions_[light]; }
+  // Another one when the light changes.
+  StateId LightId(std::size_t light) const { return light_ids_[light]; }
   const DirectionalLight& Sun() const { return sun_; }
-  // Where light 0 comes from: it changes with Version(0).
+  // Where light 0 comes from: it changes with LightId(0).
   const DirectionalLight& BounceSun() const { return bounce_sun_; }
   std::span<const std::shared_ptr<const SkyShape>> Shapes() const { return shapes_; }
   // Null for the sun.
@@ -54,12 +54,11 @@ class FrameBasis {
   SurfaceViewBuilder* builder_ = nullptr;
   DirectionalLight sun_;
   DirectionalLight bounce_sun_;
-  std::uint64_t sun_faces_version_ = 0;
-  std::uint64_t last_version_ = 0;
-  std::uint64_t generation_ = 0;
+  StateId sun_faces_id_;
+  StateId order_id_;
   bool sky_is_new_alone_ = false;
   std::vector<std::shared_ptr<const SkyShape>> shapes_;
-  std::vector<std::uint64_t> versions_;
+  std::vector<StateId> light_ids_;
   std::vector<glm::vec3> largest_;
 };
 
@@ -69,51 +68,50 @@ glm::vec3 IntensityOf(const Lighting& lighting, std::size_t light);
 Lighting UnitOf(std::size_t light, std::size_t count);
 
 // Which lights are recomputed.
-enum class Upto {
-  kLacking,  // Those never computed; for others, results for an older sun or sky suffice.
-  kCurrent,  // All that were not computed for the present sun and sky.
+enum class Refresh {
+  kMissing,  // Those never computed; for others, results for an older sun or sky suffice.
+  kStale,    // All that were not computed for the present sun and sky.
 };
 
-// The versions of the basis lights from which something has been computed.
+// The states of the basis lights from which something has been computed.
 class LightsDone {
  public:
-  // Whether the light was computed, for this version or for an older sun or sky in its place.
+  // Whether the light was computed, in this state or for an older sun or sky in its place.
   bool Ever(const FrameBasis& basis, std::size_t light) const {
-    return light < made_.size() && made_[light].generation == basis.Generation() &&
-           made_[light].version != 0;
+    return light < made_.size() && made_[light].order == basis.OrderId() &&
+           made_[light].light.IsSet();
   }
   bool IsCurrent(const FrameBasis& basis, std::size_t light) const {
-    return light < made_.size() && made_[light].version == basis.Version(light);
+    return light < made_.size() && made_[light].light == basis.LightId(light);
   }
   void Done(const FrameBasis& basis, std::size_t light) {
     made_.resize(basis.LightCount());
     made_[light] = {
-        basis.Version(light), basis.Generation(), basis.BounceSun().direction_enu, ++last_stamp_};
+        basis.LightId(light), basis.OrderId(), basis.BounceSun().direction_enu, StateId::Next()};
   }
   // All count as never computed from now on.
-  void Lapse() {
-    for (Made& made : made_) made.version = 0;
+  void Invalidate() {
+    for (Made& made : made_) made.light = {};
   }
-  // Changes each time that the light is computed; 0 where it never was.
-  std::uint64_t Stamp(std::size_t light) const {
-    return light < made_.size() ? made_[light].stamp : 0;
+  // Of what was computed; not set where nothing was.
+  StateId ResultId(std::size_t light) const {
+    return light < made_.size() ? made_[light].result : StateId();
   }
   // Lights that shine in `lighting` and are not current.
   std::vector<std::size_t> StaleIn(const FrameBasis& basis,
                                    const Lighting& lighting,
-                                   Upto upto = Upto::kCurrent) const;
+                                   Refresh refresh = Refresh::kStale) const;
   // Radians by which the sun has moved since the oldest light that shines was computed.
-  double SunGoneOnRad(const FrameBasis& basis, const Lighting& lighting) const;
+  double SunMotionRad(const FrameBasis& basis, const Lighting& lighting) const;
 
  private:
   struct Made {
-    std::uint64_t version = 0;
-    std::uint64_t generation = 0;
+    StateId light;
+    StateId order;
     glm::dvec3 sun_direction_enu{0.0};
-    std::uint64_t stamp = 0;
+    StateId result;
   };
   std::vector<Made> made_;  // One a light.
-  std::uint64_t last_stamp_ = 0;
 };
 
 }  // namespace pleinair

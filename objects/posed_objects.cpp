@@ -46,7 +46,7 @@ bool PosedObjects::Pose(std::span<const glm::dmat4> world_from_given) {
   }
   posed_ = std::move(posed);
   world_from_given_ = std::move(poses);
-  ++version_;
+  poses_id_ = StateId::Next();
   return true;
 }
 

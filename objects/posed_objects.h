@@ -1,13 +1,13 @@
 // Virtual objects that move: where each of them is in a frame.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include <glm/mat4x4.hpp>
 
 #include "objects/virtual_object.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -28,8 +28,8 @@ class PosedObjects {
   //         TransformMesh for impossible ones, naming the object; then all stay where they were.
   bool Pose(std::span<const glm::dmat4> world_from_given);
 
-  // Changes with each Pose that has moved something; no two states share a value.
-  std::uint64_t Version() const { return version_; }
+  // Another one after each Pose that has moved something.
+  StateId PosesId() const { return poses_id_; }
 
   // From where each was given to where it is.
   const std::vector<glm::dmat4>& Poses() const { return world_from_given_; }
@@ -40,7 +40,7 @@ class PosedObjects {
   std::vector<VirtualObject> given_;
   std::vector<VirtualObject> posed_;
   std::vector<glm::dmat4> world_from_given_;
-  std::uint64_t version_ = 0;
+  StateId poses_id_ = StateId::Next();
 };
 
 }  // namespace pleinair

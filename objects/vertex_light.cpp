@@ -72,12 +72,12 @@ void VertexLight::Pose(const PosedObjects& posed) {
   single_probe_.Pose(interreflection_.Objects().mesh);
   // Light that follows the objects stays in use until the next step.
   if (follows_) {
-    responses_[0].done.Lapse();
+    responses_[0].done.Invalidate();
   } else {
     responses_[0] = {};
   }
   responses_[1] = responses_[2] = {};
-  objects_sun_version_ = 0;
+  objects_sun_id_ = {};
   daylight_response_.clear();
   daylight_done_ = {};
   vertices_.clear();
@@ -94,7 +94,7 @@ VertexLight::Costs VertexLight::Expected(const Mode& mode,
                                          const Lighting& lighting) const {
   Costs costs = CostsBy(&LearnedCost::Ms, mode, basis, lighting);
   if (LacksRaysBetween(mode)) costs.once_ms += between_cost_.Ms();
-  const std::vector<std::size_t> lacking = Done(mode).StaleIn(basis, lighting, Upto::kLacking);
+  const std::vector<std::size_t> lacking = Done(mode).StaleIn(basis, lighting, Refresh::kMissing);
   if (!IsGathered() || lacking.empty()) return costs;
   if (mode.at == At::kVertices && follows_) {
     costs.once_ms = follow_cost_.Ms();
@@ -128,7 +128,7 @@ VertexLight::Costs VertexLight::CostsBy(double (LearnedCost::*ms)() const,
                                         const Lighting& lighting) const {
   const LightsDone& done = Done(mode);
   const double light_ms = (light_costs_[WayOf(mode)].*ms)();
-  const auto lacking = static_cast<double>(done.StaleIn(basis, lighting, Upto::kLacking).size());
+  const auto lacking = static_cast<double>(done.StaleIn(basis, lighting, Refresh::kMissing).size());
   const auto all = static_cast<double>(done.StaleIn(basis, lighting).size());
   return {lacking * light_ms, (all - lacking) * light_ms, (sum_cost_.*ms)()};
 }
@@ -185,10 +185,13 @@ std::optional<DirectDaylightSummary> VertexLight::TakeDaylightSummary() {
   return summary;
 }
 
-void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting) {
+void VertexLight::Update(Mode mode,
+                         Refresh refresh,
+                         const FrameBasis& basis,
+                         const Lighting& lighting) {
   mode_ = mode;
   const At at = mode.at;
-  const std::vector<std::size_t> stale = Done(mode).StaleIn(basis, lighting, upto);
+  const std::vector<std::size_t> stale = Done(mode).StaleIn(basis, lighting, refresh);
   const PatchScene& objects = interreflection_.Objects();
   Stopwatch watch;
   if (LacksRaysBetween(mode)) {
@@ -197,10 +200,10 @@ void VertexLight::Update(Mode mode, Upto upto, const FrameBasis& basis, const Li
   }
   // Faces are lit by the sun that light is made for.
   const bool makes_sun = !stale.empty() && stale.front() == 0;
-  if ((makes_sun || objects_sun_version_ == 0 || upto == Upto::kCurrent) &&
-      objects_sun_version_ != basis.Version(0) && IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
+  if ((makes_sun || !objects_sun_id_.IsSet() || refresh == Refresh::kStale) &&
+      objects_sun_id_ != basis.LightId(0) && IntensityOf(lighting, 0) != glm::vec3(0.0f)) {
     interreflection_.UpdateSun(scene_.patches.caster, basis.BounceSun().direction_enu);
-    objects_sun_version_ = basis.Version(0);
+    objects_sun_id_ = basis.LightId(0);
   }
   if (!IsGathered()) {
     if (!stale.empty() || basis_.sky_radiance.size() != basis.LightCount()) {

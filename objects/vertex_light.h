@@ -29,6 +29,7 @@
 #include "relight/prepared_scene.h"
 #include "relight/volume/irradiance_volume.h"
 #include "relight/volume/vertex_irradiance.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -96,7 +97,7 @@ class VertexLight {
   Costs Nominal(const Mode& mode, const FrameBasis& basis, const Lighting& lighting) const;
 
   // Computes the lights that shine in `lighting`; the functions below return them in that mode.
-  void Update(Mode mode, Upto upto, const FrameBasis& basis, const Lighting& lighting);
+  void Update(Mode mode, Refresh refresh, const FrameBasis& basis, const Lighting& lighting);
   Mode UpdatedIn() const { return mode_; }
   // The suns and skies for which the light is computed, in a mode.
   const LightsDone& Done(const Mode& mode) const {
@@ -201,8 +202,8 @@ class VertexLight {
   PerObject irradiance_;
   PerObject of_unit_;  // Scratch, as long.
   Mode mode_;
-  std::uint64_t objects_sun_version_ = 0;  // Version of the sun that lit the objects' faces.
-  std::array<Responses, 3> responses_;     // By WayOf; by probes without responses.
+  StateId objects_sun_id_;              // Of the sun that lit the objects' faces.
+  std::array<Responses, 3> responses_;  // By WayOf; by probes without responses.
 
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
@@ -220,7 +221,7 @@ class VertexLight {
   bool follows_ = false;  // While the objects move, and until all parts of gather_ have been cast.
   std::optional<Left> left_;
   LightInMotion motion_;
-  std::uint64_t motion_generation_ = 0;
+  StateId motion_order_;
   std::vector<bool> has_object_moved_;  // With the last pose.
   std::vector<bool> part_moves_;        // Whether a part of gather_ has vertices of such an object.
   std::size_t next_moved_part_ = 0;

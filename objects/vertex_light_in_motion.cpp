@@ -14,7 +14,7 @@ namespace pleinair {
 void VertexLight::BeginFrame(LightSteps steps) {
   steps_ = steps;
   if (is_coarse_ && steps != LightSteps::kFirst) LeaveCoarse();
-  if (follows_) responses_[0].done.Lapse();
+  if (follows_) responses_[0].done.Invalidate();
 }
 
 bool VertexLight::MayStartCoarse() const {
@@ -108,7 +108,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
     }
   }
   std::vector<std::size_t> parts = NextParts();
-  if (!left_ && motion_generation_ != basis.Generation()) {
+  if (!left_ && motion_order_ != basis.OrderId()) {
     // The known light is of other lights.
     parts.resize(gather_.PartCount());
     std::iota(parts.begin(), parts.end(), std::size_t{0});
@@ -144,7 +144,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
                   left_->gather,
                   left_->irradiance,
                   {basis, lights});
-    motion_generation_ = basis.Generation();
+    motion_order_ = basis.OrderId();
     left_.reset();
   }
   motion_.Update({interreflection_, world_from_given_},

@@ -4,13 +4,17 @@
 #include <stdexcept>
 #include <string>
 
-#include "pipeline/effects/frame_effect.h"
+#include "pipeline/internal/effects/frame_effect.h"
 
 namespace pleinair {
 
 std::string_view NameOf(Effect effect) { return DefinitionOf(effect).name; }
 
 std::string_view HelpOf(Effect effect) { return DefinitionOf(effect).help; }
+
+EffectSet BroughtBy(Effect effect) { return DefinitionOf(effect).brings; }
+
+bool IsWayOfOthers(Effect effect) { return DefinitionOf(effect).is_way_of_others; }
 
 void EffectSettings::Validate() const {
   if (!(threshold_code_values >= 0.0) || !std::isfinite(threshold_code_values)) {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string_view>
 
-#include "pipeline/effects/effect_list.h"
+#include "pipeline/effect_list.h"
 
 namespace pleinair {
 
@@ -22,8 +22,6 @@ inline constexpr std::size_t kEffectCount = kAllEffects.size();
 
 // The name on the command line and in plan.jsonl.
 std::string_view NameOf(Effect effect);
-// One line of help.
-std::string_view HelpOf(Effect effect);
 
 // A set of effects.
 class EffectSet {
@@ -52,6 +50,13 @@ class EffectSet {
   }
   std::uint32_t bits_ = 0;
 };
+
+// One line of help.
+std::string_view HelpOf(Effect effect);
+// The effects that are switched on with it when it is named: its other half.
+EffectSet BroughtBy(Effect effect);
+// Whether it is a way of computing other effects: on with them, unless switched off by name.
+bool IsWayOfOthers(Effect effect);
 
 // kPlan: the plan decides.
 enum class EffectSwitch : std::uint8_t { kOff, kPlan, kOn };

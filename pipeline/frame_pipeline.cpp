@@ -135,7 +135,7 @@ std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) {
   constexpr int kMostFramesInPlace = 3;
   const SurfaceView& last = view_builder_.View();
   // With polygons no view is made in part.
-  if (last.geometry_version == 0 || !frame.sample_polygons.empty()) return std::nullopt;
+  if (!last.geometry_id.IsSet() || !frame.sample_polygons.empty()) return std::nullopt;
   frames_in_place_ = last.camera == frame.camera ? frames_in_place_ + 1 : 0;
   const bool may_be_part =
       frames_in_place_ == 0 || (!last.is_whole && frames_in_place_ <= kMostFramesInPlace);

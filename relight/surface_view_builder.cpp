@@ -94,11 +94,11 @@ struct SurfaceViewBuilder::Impl {
   std::vector<std::shared_ptr<const SkyShape>> shapes;  // bare_shapes past the skyline.
   std::vector<FaceLight> sky_faces;                     // Per shape.
   std::shared_ptr<const FaceLight> sun_faces = std::make_shared<const FaceLight>();
-  std::uint64_t sun_faces_version = 0;
+  StateId sun_faces_id;
 
   std::optional<Survey> survey_now;
   std::vector<std::shared_ptr<const SkyShape>> survey_shapes;
-  std::uint64_t survey_sun_version = 0;
+  StateId survey_sun_id;
 
   // Reads the members above: constructed last, destroyed first.
   std::optional<SunAhead> ahead;
@@ -139,7 +139,7 @@ struct SurfaceViewBuilder::Impl {
       CastView(camera, part);
     }
     if (IsOnSurfaces()) surfaces->Show(side);
-    ++view.geometry_version;
+    view.geometry_id = StateId::Next();
   }
 
   void CastView(const Camera& camera, const ViewPart* part) {
@@ -191,7 +191,7 @@ struct SurfaceViewBuilder::Impl {
 
   void FillSky(std::span<const std::size_t> of_shapes) {
     if (!surfaces) SkyResponses(gather, of_shapes, view);
-    ++view.sky_version;
+    view.sky_id = StateId::Next();
   }
 
   // Fills the sky responses of the view over whose pixels `receivers` are blended.
@@ -314,7 +314,7 @@ struct SurfaceViewBuilder::Impl {
     sun = wanted;
     if (made->faces != sun_faces) {
       sun_faces = std::move(made->faces);
-      ++sun_faces_version;
+      sun_faces_id = StateId::Next();
       if (surfaces) surfaces->SetLight(kSunLight, nullptr, sun_faces->radiosity);
     }
     return std::move(made->in_view);
@@ -325,7 +325,7 @@ struct SurfaceViewBuilder::Impl {
     view.sun_visibility = std::move(in_view.visibility);
     view.sun_bounce = std::move(in_view.bounce);
     view.edge_distance_px = std::move(in_view.edge_distance_px);
-    ++view.sun_version;
+    view.sun_id = StateId::Next();
   }
 
   // The view's images, to be recomputed: their memory stays, and what is blank in them.
@@ -470,21 +470,21 @@ const Survey* SurfaceViewBuilder::SurveyUnderCurrentSun() {
   if (!impl.survey_now) impl.survey_now = *impl.scene.survey;
   Survey& survey = *impl.survey_now;
   impl.UpdateSurveySky(survey);
-  if (impl.survey_sun_version == impl.view.sun_version) return &survey;
+  if (impl.survey_sun_id == impl.view.sun_id) return &survey;
   const SunDisc disc(
       impl.sun->direction_enu, impl.sun->angular_radius_rad, impl.options.sun_disc_samples);
   survey.view.sun_direction_enu = impl.sun->direction_enu;
   survey.view.sun_visibility = SunVisibility(impl.scene.patches.caster, disc, survey.view);
   survey.gather->Blend(survey.gather->Rays().FromFaces(impl.sun_faces->radiosity),
                        survey.view.sun_bounce.pixels);
-  ++survey.view.sun_version;
-  impl.survey_sun_version = impl.view.sun_version;
+  survey.view.sun_id = StateId::Next();
+  impl.survey_sun_id = impl.view.sun_id;
   return &survey;
 }
 
 const FaceLight& SurfaceViewBuilder::SunFaces() const { return *impl_->sun_faces; }
 
-std::uint64_t SurfaceViewBuilder::SunFacesVersion() const { return impl_->sun_faces_version; }
+StateId SurfaceViewBuilder::SunFacesId() const { return impl_->sun_faces_id; }
 
 std::span<const std::shared_ptr<const SkyShape>> SurfaceViewBuilder::SkyShapes() const {
   return impl_->shapes;

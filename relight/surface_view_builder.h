@@ -17,6 +17,7 @@
 #include "scene/image.h"
 #include "scene/judged_sun.h"
 #include "scene/sky_shape.h"
+#include "scene/state_id.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
@@ -94,7 +95,7 @@ class SurfaceViewBuilder {
 
   // The view of the last Update.
   const SurfaceView& View() const;
-  // The same; what is lacking of it is made, and its versions change.
+  // The same; what is lacking of it is made, and it has another identity.
   const SurfaceView& WholeView();
 
   // Whether an Update would be fast: IsAtHand, except for new sky shapes; Stands, except for those
@@ -120,8 +121,8 @@ class SurfaceViewBuilder {
   // The shapes of the last Update as the site sees them, past the survey's skyline: the view and
   // SkyFaces are under these, and these objects stay while they do.
   std::span<const std::shared_ptr<const SkyShape>> SkyShapes() const;
-  // Changes when SunFaces() does; the view's sun_version also changes with the camera.
-  std::uint64_t SunFacesVersion() const;
+  // Another one when SunFaces() changes; the view's sun_id also changes with the camera.
+  StateId SunFacesId() const;
 
   // The side of the scene's triangle that each pixel of the view shows, PatchScene::kSky where
   // none.

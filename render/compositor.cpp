@@ -32,6 +32,7 @@
 #include "render/internal/shadow_mask_pass.h"
 #include "render/internal/surface_textures.h"
 #include "render/internal/volume_stencil.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 namespace {
@@ -131,11 +132,11 @@ struct Compositor::Impl {
 
   // Kept while neither the camera nor the geometry moves.
   std::optional<Camera> layer_camera;
-  std::uint64_t layer_version = 0;
+  StateId layer_of_scene;
   LayerView layer_view;
   // Kept while neither the sun nor the geometry moves.
   glm::dvec3 volumes_to_sun{0.0};
-  std::uint64_t volumes_version = 0;
+  StateId volumes_of_scene;
   ShadowVolumes object_volumes;
   ShadowVolumes real_volumes;
 
@@ -169,11 +170,11 @@ struct Compositor::Impl {
 };
 
 void Compositor::Impl::UpdateLayerView(const Camera& camera) {
-  if (layer_camera == camera && layer_version == scene.Version()) return;
+  if (layer_camera == camera && layer_of_scene == scene.Id()) return;
   lookup.Update(camera.intrinsics);
   layer_view = MakeLayerView(scene, camera, lookup.Undistorted());
   layer_camera = camera;
-  layer_version = scene.Version();
+  layer_of_scene = scene.Id();
 }
 
 // A layer that is looked up between its pixels is blurred by that already.
@@ -185,14 +186,14 @@ BlurKernel Compositor::Impl::LayerBlur(float camera_blur_px) const {
 }
 
 void Compositor::Impl::UpdateVolumes(const glm::dvec3& to_sun) {
-  if (volumes_to_sun == to_sun && volumes_version == scene.Version()) return;
+  if (volumes_to_sun == to_sun && volumes_of_scene == scene.Id()) return;
   scene.ObjectsAsCaster().BuildVolumes(to_sun, std::nullopt, object_volumes);
   scene.ObjectBuffers().UploadVolumes(object_volumes);
   // On real surfaces nature has drawn their shadows: they are wanted on the objects alone.
   scene.Phantom().BuildVolumes(to_sun, scene.ObjectBoxLocal(), real_volumes);
   scene.PhantomBuffers().UploadVolumes(real_volumes);
   volumes_to_sun = to_sun;
-  volumes_version = scene.Version();
+  volumes_of_scene = scene.Id();
 }
 
 Compositor::Impl::Drawn Compositor::Impl::DrawLayers(const CompositeInput& input,
@@ -497,7 +498,7 @@ Gray8Image Compositor::RenderShadowMask(const Camera& camera, const glm::dvec3& 
   }
   const ApplicationState application_state;
   const LayerView view = MakeLayerView(impl_->scene, camera, camera.intrinsics);
-  impl_->volumes_version = 0;  // The mask puts its own volumes into the buffers.
+  impl_->volumes_of_scene = {};  // The mask puts its own volumes into the buffers.
   return impl_->shadow_mask.Draw(
       view, impl_->scene, ValidatedDirection(sun_direction_enu), impl_->stencil);
 }

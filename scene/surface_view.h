@@ -12,6 +12,7 @@
 #include "scene/camera.h"
 #include "scene/image.h"
 #include "scene/judged_sun.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -46,10 +47,10 @@ struct SurfaceView {
 
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The sun of the sun_* images.
 
-  // Versions change whenever their images do, so that a consumer can keep derived or uploaded data.
-  std::uint64_t geometry_version = 0;  // Version of all other images.
-  std::uint64_t sky_version = 0;       // Version of sky_response.
-  std::uint64_t sun_version = 0;       // Version of the sun_* images and edge_distance_px.
+  // Others whenever their images change: the keys of what is derived from them or uploaded.
+  StateId geometry_id;  // Of all images but these:
+  StateId sky_id;       // sky_response,
+  StateId sun_id;       // the sun_* images and edge_distance_px.
 
   int Width() const { return region.width; }
   int Height() const { return region.height; }

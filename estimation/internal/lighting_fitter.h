@@ -39,7 +39,7 @@ struct LightingFitter::Impl {
 
   // The last call's result, in the prior's units and order; empty before.
   LightVector last_irradiance_rgb;
-  bool began_anew = true;                          // This call, at no earlier light.
+  bool restarted = true;                           // This call, at no earlier light.
   bool is_ambiguous = false;                       // It found two lights that may both be.
   estimation_internal::ErrorVector camera_errors;  // In standard deviations.
 

@@ -41,7 +41,7 @@ double Reweighting::ShadeFrom() const {
   return kTwoLogOdds * own_variance_;
 }
 
-void Reweighting::Forget() {
+void Reweighting::Restart() {
   for (BasisMatrix& normal : last_normal_) normal.resize(0, 0);
   own_variance_ = 0.0;
 }

@@ -68,8 +68,8 @@ struct WhitenedChannel {
 class Reweighting {
  public:
   // The next pass uses the planes' errors of the options; later passes estimate them.
-  void Forget();
-  // Not after Forget, nor when the sun has risen or set since.
+  void Restart();
+  // Not after Restart, nor when the sun has risen or set since.
   bool KnowsSharedErrors(const FitProblem& problem) const {
     return last_normal_[0].rows() == problem.ColumnCount();
   }
@@ -118,7 +118,7 @@ class Reweighting {
   double scale_ = 1.0;
   double own_variance_ = 0.0;  // Variance of samples within their planes; 0 before the first pass.
   LightVector explained_;      // The light of the last call of Explains; else empty.
-  // Normal equations of the pass before, or of a frame like this one; empty after Forget.
+  // Normal equations of the pass before, or of a frame like this one; empty after Restart.
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
   double shared_error_ = 0.0;

@@ -9,8 +9,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "pipeline/effects/light_on_objects.h"
-#include "pipeline/effects/seen_shade.h"
+#include "pipeline/internal/effects/light_on_objects.h"
+#include "pipeline/internal/effects/seen_shade.h"
 #include "render/real_sun.h"
 #include "scene/half_float.h"
 #include "scene/stopwatch.h"
@@ -67,10 +67,10 @@ void FrameEffects::SetEffects(const EffectSettings& effects) {
 }
 
 void FrameEffects::Pose() {
-  if (pose_ == objects_.Version()) return;
+  if (poses_ == objects_.PosesId()) return;
   compositor_.SetObjects(objects_.Objects());
   stage_.Pose(objects_);
-  pose_ = objects_.Version();
+  poses_ = objects_.PosesId();
 }
 
 void FrameEffects::Expose(const Frame& frame) {
@@ -84,7 +84,7 @@ void FrameEffects::Expose(const Frame& frame) {
 
 WorkSharing FrameEffects::SharingOf(const LitFrame& lit) const {
   const bool is_still =
-      !last_geometry_ || last_geometry_ == ViewOfPose{lit.view.geometry_version, *pose_};
+      !last_geometry_ || last_geometry_ == ViewOfPose{lit.view.geometry_id, poses_};
   if (!settings_.budget_ms || !is_still) return {};
   return {kFramesThatShare, FramesASun(lit.frame)};
 }
@@ -117,19 +117,19 @@ void FrameEffects::AddOffers(EffectSet effects,
 }
 
 LightBeforePlan FrameEffects::MakeLight(const VertexLight::Mode& mode, const EffectFrame& frame) {
-  const Upto upto =
-      settings_[Effect::kLightUpdate] == EffectSwitch::kOff ? Upto::kLacking : Upto::kCurrent;
+  const Refresh refresh =
+      settings_[Effect::kLightUpdate] == EffectSwitch::kOff ? Refresh::kMissing : Refresh::kStale;
   VertexLight& light = stage_.Light();
   LightBeforePlan before = frame.light;
   Stopwatch watch;
-  light.Update(mode, upto, frame.basis, frame.lighting);
+  light.Update(mode, refresh, frame.basis, frame.lighting);
   before.made_ms = watch.LapMs();
   if (mode.with_daylight) light.UpdateDaylight(frame.basis);
   before.daylight_made_ms = watch.LapMs();
   light.Evaluate(frame.basis, frame.lighting);
   before.evaluated_ms = watch.LapMs();
   before.made = mode;
-  before.was_updated = upto == Upto::kCurrent;
+  before.was_updated = refresh == Refresh::kStale;
   before.irradiance = light.Irradiance();
   return before;
 }
@@ -139,7 +139,7 @@ LightSteps FrameEffects::StepsOf(const Frame& frame) const {
   if (!last_time_) return options_.first_in_steps ? LightSteps::kFirst : LightSteps::kAll;
   const double since_last_s = std::chrono::duration<double>(frame.time - *last_time_).count();
   if (!(since_last_s > 0.0 && since_last_s <= MotionTrack::kLongestGapS)) return LightSteps::kAll;
-  return pose_ == objects_.Version() ? LightSteps::kResting : LightSteps::kMoving;
+  return poses_ == objects_.PosesId() ? LightSteps::kResting : LightSteps::kMoving;
 }
 
 RenderedFrame FrameEffects::Render(const LitFrame& lit) {
@@ -218,7 +218,7 @@ std::optional<LookedAtPlaces> FrameEffects::PlacesLookedAt(const Frame& frame,
                                                            const DirectionalLight& sun) const {
   const auto is_on = [&](Effect effect) { return settings_[effect] != EffectSwitch::kOff; };
   if (objects_.Objects().empty()) return LookedAtPlaces{};
-  if (pose_ != objects_.Version() || !last_lighting_) return std::nullopt;
+  if (poses_ != objects_.PosesId() || !last_lighting_) return std::nullopt;
   if (is_on(Effect::kGlossyReflection) && stage_.AnyGlossy()) return std::nullopt;
   const MotionBlurOptions& motion_blur = options_.motion_blur;
   const bool may_blur_motion =
@@ -235,7 +235,7 @@ std::optional<LookedAtPlaces> FrameEffects::PlacesLookedAt(const Frame& frame,
                          (!parts.object_light || last_runs_.Has(Effect::kColourBleeding));
     if (!has_run) return std::nullopt;
     influence =
-        stage_.Influence().MayChange(stage_.Scene().patches, *pose_, *last_lighting_, parts);
+        stage_.Influence().MayChange(stage_.Scene().patches, poses_, *last_lighting_, parts);
     if (!influence) return std::nullopt;
   }
   LookedAtPlaces places;
@@ -266,7 +266,7 @@ EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {
                     basis_,
                     lit.lighting,
                     codes_,
-                    *pose_,
+                    poses_,
                     objects_.Poses(),
                     steps};
   frame.light.costs = CostsOfLight(stage_.Light(), basis_, lit.lighting);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,10 +12,11 @@
 #include "objects/posed_objects.h"
 #include "pipeline/camera_matching.h"
 #include "pipeline/display_codes.h"
-#include "pipeline/effects/effect_stage.h"
-#include "pipeline/effects/frame_effect.h"
 #include "pipeline/frame_pipeline.h"
+#include "pipeline/internal/effects/effect_stage.h"
+#include "pipeline/internal/effects/frame_effect.h"
 #include "relight/view_part.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -93,7 +93,7 @@ class FrameEffects {
   std::optional<double> chosen_exposure_;  // For frames without one.
   CameraMatching camera_matching_;
 
-  std::optional<std::uint64_t> pose_;  // The pose in the stage and the compositor.
+  StateId poses_;  // In the stage and the compositor.
   std::optional<ViewOfPose> last_geometry_;
   std::optional<UtcTime> last_time_;
   std::optional<VertexLight::Mode> last_light_;  // As the last plan found it.

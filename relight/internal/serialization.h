@@ -14,6 +14,7 @@
 #include "relight/survey/survey.h"
 #include "relight/transport/surface_gather.h"
 #include "relight/transport/transport.h"
+#include "scene/state_id.h"
 #include "scene/surface_view.h"
 
 namespace pleinair::internal {
@@ -58,7 +59,7 @@ void ArchiveView(Archive& archive, SurfaceView& view) {
   ArchiveImage(archive, view.edge_distance_px);
   ArchiveImage(archive, view.footprint_radius_px);
   ArchivePlain(archive, view.sun_direction_enu);
-  archive(view.geometry_version, view.sun_version);
+  if constexpr (Archive::is_loading::value) view.geometry_id = view.sun_id = StateId::Next();
 }
 
 template <class Archive>

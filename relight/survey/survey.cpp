@@ -26,6 +26,7 @@
 #include "relight/transport/surface_gather.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 namespace {
@@ -345,8 +346,8 @@ Survey MakeSurvey(const SurveyMap& map,
   MarkSampleable(scene, face, patch_is_diffuse, mask, survey);
   survey.light.albedo_stddev_rgb = AlbedoStddev(survey.light, view);
   NoteSun(shadows, survey.light);
-  view.geometry_version = 1;
-  view.sun_version = 1;
+  view.geometry_id = StateId::Next();
+  view.sun_id = StateId::Next();
   return survey;
 }
 

@@ -135,7 +135,7 @@ void ObjectLayerPass::Draw(const LayerView& view,
   if (keeps_samples_) {
     const bool mirrors =
         light.mirrored != nullptr && !scene.ShadedObjects().TrianglesByPlace().empty();
-    const KeptFor now{scene.Version(), view.clip_from_local, size_px, rect, mirrors};
+    const KeptFor now{scene.Id(), view.clip_from_local, size_px, rect, mirrors};
     if (kept_for_ != now) {
       kept_for_.reset();
       FindShares(view, scene, stencil, mirrors);

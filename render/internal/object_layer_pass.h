@@ -1,7 +1,6 @@
 // The virtual objects as a layer of their own: radiance times coverage, and coverage.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "render/internal/volume_stencil.h"
 #include "scene/lighting.h"
 #include "scene/mirrored_light.h"
+#include "scene/state_id.h"
 #include "scene/sun_shares.h"
 
 namespace pleinair {
@@ -84,7 +84,7 @@ class ObjectLayerPass {
  private:
   // The key of the samples in the buffer.
   struct KeptFor {
-    std::uint64_t version = 0;  // The scene's.
+    StateId scene;
     glm::dmat4 clip_from_local{0.0};
     glm::ivec2 size_px{0};
     PixelRect rect;

@@ -16,7 +16,7 @@ RealShadowPass::RealShadowPass()
       no_vertices_(MakeVertexArray()) {}
 
 void RealShadowPass::Clear(int width, int height) {
-  if (target_.Resize(width, height)) depth_version_ = 0;
+  if (target_.Resize(width, height)) depth_of_scene_ = {};
   ResetPassState();
   target_.Bind();
   glClear(GL_COLOR_BUFFER_BIT);
@@ -28,12 +28,12 @@ void RealShadowPass::Draw(const LayerView& view,
                           const SunVolumes& of_objects,
                           VolumeStencil& stencil) {
   Clear(view.intrinsics.width_px, view.intrinsics.height_px);
-  if (depth_version_ != scene.Version() || depth_clip_from_local_ != view.clip_from_local) {
+  if (depth_of_scene_ != scene.Id() || depth_clip_from_local_ != view.clip_from_local) {
     glClear(GL_DEPTH_BUFFER_BIT);
     glEnable(GL_DEPTH_TEST);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     stencil.DrawSurface(scene.PhantomBuffers(), glm::mat4(view.clip_from_local));
-    depth_version_ = scene.Version();
+    depth_of_scene_ = scene.Id();
     depth_clip_from_local_ = view.clip_from_local;
   }
   ScissorTo(rect);

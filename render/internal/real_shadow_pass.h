@@ -4,6 +4,7 @@
 #include "render/internal/frame_buffer.h"
 #include "render/internal/scene_geometry.h"
 #include "render/internal/volume_stencil.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -36,7 +37,7 @@ class RealShadowPass {
   GlObject no_vertices_;
   // The phantom's depth is kept while neither camera nor geometry moves.
   glm::dmat4 depth_clip_from_local_{0.0};
-  std::uint64_t depth_version_ = 0;
+  StateId depth_of_scene_;
 };
 
 }  // namespace pleinair

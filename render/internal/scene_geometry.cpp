@@ -157,7 +157,7 @@ void SceneGeometry::RebuildObjects() {
   object_box_ = BoxOf(objects_caster_);
   object_buffers_.UploadSurface(objects_caster_);
   shaded_objects_.Upload(meshes, positions);
-  ++version_;
+  id_ = StateId::Next();
 }
 
 glm::dmat4 SceneGeometry::CameraFromLocal(const Camera& camera) const {

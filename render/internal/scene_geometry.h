@@ -1,7 +1,6 @@
 // The real and the virtual geometry, on both sides of the bus, in the renderer's own frame.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "render/internal/screen_extent.h"
 #include "render/internal/shadow_caster.h"
 #include "scene/camera.h"
+#include "scene/state_id.h"
 
 namespace pleinair {
 
@@ -35,8 +35,8 @@ class SceneGeometry {
   const std::optional<BoundingBox>& ObjectBoxLocal() const { return object_box_; }
 
   glm::dmat4 CameraFromLocal(const Camera& camera) const;
-  // Changes whenever any geometry does.
-  std::uint64_t Version() const { return version_; }
+  // Another one whenever any geometry changes.
+  StateId Id() const { return id_; }
 
  private:
   std::vector<glm::vec3> LocalFromWorld(std::span<const glm::vec3> positions_world) const;
@@ -51,7 +51,7 @@ class SceneGeometry {
   ObjectMesh shaded_objects_;
   std::optional<BoundingBox> phantom_box_;
   std::optional<BoundingBox> object_box_;
-  std::uint64_t version_ = 0;
+  StateId id_ = StateId::Next();
   bool has_phantom_origin_ = false;
 };
 

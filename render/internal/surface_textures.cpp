@@ -27,7 +27,7 @@ float FlagOf(const Gray8Image& flags, std::size_t pixel) {
 }  // namespace
 
 PixelRect SurfaceTextures::Uploaded::Missing(const Uploaded& wanted) const {
-  if (data != wanted.data || version != wanted.version) return wanted.rect;
+  if (!wanted.state.IsSet() || state != wanted.state) return wanted.rect;
   const PixelRect both = UnionOf(rect, wanted.rect);
   // A part that grows is uploaded completely, so that it stays one rectangle.
   return both == rect ? PixelRect() : both;
@@ -49,7 +49,7 @@ void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
   const int width = view.Width();
   Resize({width, view.Height(), static_cast<int>(view.sky_response.size())});
   // Recorded only after it has been uploaded: that may fail.
-  const Uploaded geometry{view.albedo_rgb.pixels.data(), view.geometry_version, wanted};
+  const Uploaded geometry{view.geometry_id, wanted};
   PixelRect rect = geometry_.Missing(geometry);
   if (!rect.Empty()) {
     Fill(albedo_, rect, width, [&](std::size_t, std::size_t i) {
@@ -58,19 +58,19 @@ void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
     Fill(normal_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec4(view.normal_world.pixels[i], 0.0f);
     });
-    geometry_ = {geometry.data, geometry.version, rect};
+    geometry_ = {geometry.state, rect};
   }
   if (!view.sky_response.empty()) {
-    const Uploaded sky{view.sky_response.front().pixels.data(), view.sky_version, wanted};
+    const Uploaded sky{view.sky_id, wanted};
     rect = sky_.Missing(sky);
     if (!rect.Empty()) {
       Fill(sky_response_, rect, width, [&](std::size_t k, std::size_t i) {
         return glm::vec4(view.sky_response[k].pixels[i], 0.0f);
       });
-      sky_ = {sky.data, sky.version, rect};
+      sky_ = {sky.state, rect};
     }
   }
-  const Uploaded sun{view.sun_visibility.pixels.data(), view.sun_version, wanted};
+  const Uploaded sun{view.sun_id, wanted};
   rect = sun_.Missing(sun);
   if (!rect.Empty()) {
     Fill(sun_visibility_, rect, width, [&](std::size_t, std::size_t i) {
@@ -79,7 +79,7 @@ void SurfaceTextures::Update(const SurfaceView& view, const PixelRect& wanted) {
     Fill(sun_bounce_, rect, width, [&](std::size_t, std::size_t i) {
       return glm::vec4(view.sun_bounce.pixels[i], 0.0f);
     });
-    sun_ = {sun.data, sun.version, rect};
+    sun_ = {sun.state, rect};
   }
 }
 

@@ -1,19 +1,18 @@
 // A SurfaceView on the device: what the composite knows of the real pixels.
 #pragma once
 
-#include <cstdint>
-
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 
 #include "render/internal/screen_extent.h"
 #include "render/internal/streamed_texture.h"
 #include "scene/image.h"
+#include "scene/state_id.h"
 #include "scene/surface_view.h"
 
 namespace pleinair {
 
-// Uploads what has changed, by the view's versions, and only the part that is asked for. Elsewhere
+// Uploads what has changed, by the view's states, and only the part that is asked for. Elsewhere
 // the textures are undefined.
 class SurfaceTextures {
  public:
@@ -38,11 +37,9 @@ class SurfaceTextures {
     int sky_shapes = 0;
     bool operator==(const Size&) const = default;
   };
-  // The part of some images that is on the device, and what it was uploaded from: by versions
-  // alone, two views without versions would look equal.
+  // The part of some images that is on the device, and the state that it was uploaded from.
   struct Uploaded {
-    const void* data = nullptr;
-    std::uint64_t version = 0;
+    StateId state;
     PixelRect rect;
 
     // The part that has to be uploaded; empty where `wanted` is there.

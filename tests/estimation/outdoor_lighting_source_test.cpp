@@ -1,4 +1,5 @@
 #include "estimation/outdoor_lighting_source.h"
+#include "scene/state_id.h"
 
 #include <chrono>
 #include <cmath>
@@ -66,9 +67,9 @@ TEST(OutdoorLightingSource, KeepsItsSamplesWhileCameraAndSunStandStill) {
   EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
   frame.time += milliseconds(33);
   EXPECT_EQ(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
-  ++view.sun_version;
+  view.sun_id = StateId::Next();
   EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
-  ++view.geometry_version;
+  view.geometry_id = StateId::Next();
   EXPECT_GT(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
   EXPECT_EQ(source->Estimate(Observe(frame, view))->new_sample_set_ms, 0.0);
 }
@@ -123,7 +124,7 @@ TEST(OutdoorLightingSource, CarriesTheSunOnWhereItIsNotSeen) {
   unseen.shadow_share = 1.0;
   const SurfaceView seen_view = MakeView(seen);
   SurfaceView unseen_view = MakeView(unseen);
-  unseen_view.geometry_version = 2;
+  unseen_view.geometry_id = StateId::Next();
   std::fill(
       unseen_view.sun_bounce.pixels.begin(), unseen_view.sun_bounce.pixels.end(), glm::vec3(0.0f));
   const Frame seen_frame = MakeFrame(seen, seen_view);

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "estimation/lighting_source.h"
+#include "scene/state_id.h"
 #include "scene/surface_view.h"
 #include "tests/estimation/synthetic_scene.h"
 
@@ -49,8 +50,8 @@ inline SurfaceView MakeView(const SyntheticPicture& picture) {
   view.edge_distance_px = Image<float>(width, height);
   view.footprint_radius_px = Image<float>(width, height, 1.2f);
   view.sun_direction_enu = SyntheticSunDirection();
-  view.geometry_version = 1;
-  view.sun_version = 1;
+  view.geometry_id = StateId::Next();
+  view.sun_id = StateId::Next();
 
   std::mt19937_64 random(7);
   std::uniform_real_distribution<float> uniform(0.8f, 1.2f);

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/effects/frame_effect.h"
+#include "pipeline/internal/effects/frame_effect.h"
 
 namespace pleinair::effect_list_test {
 namespace {

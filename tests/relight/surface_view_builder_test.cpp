@@ -1,4 +1,5 @@
 #include "relight/surface_view_builder.h"
+#include "scene/state_id.h"
 
 #include <algorithm>
 #include <chrono>
@@ -351,9 +352,9 @@ TEST(SurfaceViewBuilder, APartDoesNotStandForTheWhole) {
         view.region.pixels, [](std::int32_t region) { return region == SurfaceView::kNoRegion; });
   };
   EXPECT_TRUE(shows_nothing());
-  const std::uint64_t version = view.geometry_version;
+  const StateId before = view.geometry_id;
   builder.Update(kCamera, At(sun), kUniform, {}, &nothing);
-  EXPECT_EQ(view.geometry_version, version);
+  EXPECT_EQ(view.geometry_id, before);
   EXPECT_TRUE(shows_nothing());
   builder.Update(kCamera, At(sun), kUniform, {});
   EXPECT_FALSE(shows_nothing());
@@ -407,39 +408,39 @@ TEST(SurfaceViewBuilder, ANewCameraKeepsTheSunsFaces) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
   builder.Update(kCamera, sun, kRadius, kUniform, {});
-  const std::uint64_t before = builder.SunFacesVersion();
+  const StateId before = builder.SunFacesId();
   const SurfaceView& view =
       builder.Update(LookingNorth({2.0, -6.0, 2.0}), sun, kRadius, kUniform, {});
-  EXPECT_EQ(builder.SunFacesVersion(), before);
+  EXPECT_EQ(builder.SunFacesId(), before);
   ASSERT_EQ(builder.PixelSides().pixels.size(), view.region.pixels.size());
   for (std::size_t i = 0; i < view.region.pixels.size(); ++i) {
     EXPECT_EQ(builder.PixelSides().pixels[i] == PatchScene::kSky,
               view.region.pixels[i] == SurfaceView::kNoRegion);
   }
   builder.Update(kCamera, glm::normalize(sun + glm::dvec3(0.02, 0.0, 0.0)), kRadius, kUniform, {});
-  EXPECT_NE(builder.SunFacesVersion(), before);
+  EXPECT_NE(builder.SunFacesId(), before);
 }
 
 TEST(SurfaceViewBuilder, IsAPureFunctionOfItsArguments) {
   SurfaceViewBuilder builder = Builder(SiteWithoutAMap());
   const glm::dvec3& sun = TheKnownSite().sun_direction_enu;
   const SurfaceView first = builder.Update(kCamera, sun, kRadius, kUniform, {});
-  const std::uint64_t geometry = first.geometry_version;
-  const std::uint64_t sun_version = first.sun_version;
+  const StateId geometry = first.geometry_id;
+  const StateId sun_id = first.sun_id;
 
   const SurfaceView& kept = builder.Update(kCamera, sun, kRadius, kUniform, {});
-  EXPECT_EQ(kept.geometry_version, geometry);
-  EXPECT_EQ(kept.sun_version, sun_version);
+  EXPECT_EQ(kept.geometry_id, geometry);
+  EXPECT_EQ(kept.sun_id, sun_id);
 
   const SurfaceView& moved =
       builder.Update(kCamera, glm::normalize(glm::dvec3(0.6, -0.4, 0.5)), kRadius, kUniform, {});
-  EXPECT_EQ(moved.geometry_version, geometry);
-  EXPECT_NE(moved.sun_version, sun_version);
+  EXPECT_EQ(moved.geometry_id, geometry);
+  EXPECT_NE(moved.sun_id, sun_id);
   EXPECT_NE(moved.sun_visibility.pixels, first.sun_visibility.pixels);
 
   builder.Update(LookingNorth({0.0, -9.0, 3.0}), sun, kRadius, kUniform, {});
   const SurfaceView& back = builder.Update(kCamera, sun, kRadius, kUniform, {});
-  EXPECT_NE(back.geometry_version, geometry);
+  EXPECT_NE(back.geometry_id, geometry);
   EXPECT_EQ(back.sky_response[0].pixels, first.sky_response[0].pixels);
   EXPECT_EQ(back.sun_bounce.pixels, first.sun_bounce.pixels);
   EXPECT_EQ(back.sun_visibility.pixels, first.sun_visibility.pixels);
@@ -494,10 +495,10 @@ TEST(SurfaceViewBuilder, CarriesWhatAPersonJudgedOfTheSun) {
     }
   }
   EXPECT_EQ(pixels.size(), 4u);
-  const std::uint64_t geometry = view.geometry_version;
+  const StateId geometry = view.geometry_id;
   polygons[0].sun = JudgedSun::kShaded;
   builder.Update(kCamera, sun, kRadius, kUniform, polygons);
-  EXPECT_GT(view.geometry_version, geometry);
+  EXPECT_NE(view.geometry_id, geometry);
   builder.Update(kCamera, sun, kRadius, kUniform, {});
   EXPECT_TRUE(view.judged_sun.Empty());
 }
@@ -580,10 +581,10 @@ TEST(SurfaceViewBuilder, AViewTakenFromAheadIsTheOneMadeAtOnce) {
     ExpectSameView(ahead.Update(kCamera, sun, kRadius, kUniform, {}),
                    at_once.Update(kCamera, sun, kRadius, kUniform, {}));
     WaitUntilAtHand(ahead, kCamera, kLaterSun);
-    const std::uint64_t faces = ahead.SunFacesVersion();
+    const StateId faces = ahead.SunFacesId();
     ExpectSameView(ahead.Update(kCamera, kLaterSun, kRadius, kUniform, {}),
                    at_once.Update(kCamera, kLaterSun, kRadius, kUniform, {}));
-    EXPECT_NE(ahead.SunFacesVersion(), faces);
+    EXPECT_NE(ahead.SunFacesId(), faces);
     EXPECT_EQ(ahead.SunFaces().radiosity, at_once.SunFaces().radiosity);
     if (site->survey) {
       EXPECT_EQ(ahead.SurveyUnderCurrentSun()->view.sun_visibility.pixels,
@@ -656,9 +657,9 @@ TEST(SurfaceViewBuilder, BouncesMayComeFromAnotherPlaceThanTheSun) {
     SurfaceViewBuilder before(SiteWithoutAMap(), options);
     SurfaceViewBuilder after(SiteWithoutAMap(), options);
     apart.Update(kCamera, At(sun), kUniform, {});
-    const std::uint64_t faces = apart.SunFacesVersion();
+    const StateId faces = apart.SunFacesId();
     const SurfaceView& view = apart.Update(kCamera, {kLaterSun, kRadius, sun}, kUniform, {});
-    EXPECT_EQ(apart.SunFacesVersion(), faces);
+    EXPECT_EQ(apart.SunFacesId(), faces);
     const SurfaceView& of_sun = after.Update(kCamera, At(kLaterSun), kUniform, {});
     const SurfaceView& of_bounces = before.Update(kCamera, At(sun), kUniform, {});
     EXPECT_EQ(view.sun_direction_enu, kLaterSun);

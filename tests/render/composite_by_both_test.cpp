@@ -15,6 +15,7 @@
 #include "render/compositor.h"
 #include "render/gl_context.h"
 #include "render/software_driver.h"
+#include "scene/state_id.h"
 #include "test_scenes.h"
 #include "textured_meshes.h"
 
@@ -180,7 +181,7 @@ TEST_F(CompositeByBoth, IsTheSameWhereAViewChangesUnderTheDevicesPart) {
   for (const auto& [x_m, brighter] :
        {std::pair{0.0f, 1.0f}, std::pair{-2.6f, 0.5f}, std::pair{0.0f, 1.0f}}) {
     for (glm::vec3& response : sky.pixels) response *= brighter;
-    if (brighter != 1.0f) ++scene_.view.sky_version;
+    if (brighter != 1.0f) scene_.view.sky_id = StateId::Next();
     objects_ = {{Sphere({x_m, 0.0f, 1.0f}, 0.6f, 16)}};
     ExpectTheSame(
         RenderBy(by_device), Render(CompositeBy::kProcessor), "at " + std::to_string(x_m));

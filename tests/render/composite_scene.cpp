@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 
 #include "calib/lens.h"
+#include "scene/state_id.h"
 #include "test_scenes.h"
 
 namespace pleinair::test {
@@ -43,8 +44,8 @@ void CompositeScene::MakeView() {
   view.sun_bounce = RgbImage(width, height);
   view.edge_distance_px = GrayImage(width, height, 20.0f);
   view.footprint_radius_px = GrayImage(width, height, 1.0f);
-  ++view.geometry_version;
-  ++view.sun_version;
+  view.geometry_id = StateId::Next();
+  view.sun_id = StateId::Next();
   const RayCaster caster(phantom);
   const glm::vec3 eye(view.camera.CentreWorldM());
   const glm::vec3 to_sun(lighting.sun.direction_enu);

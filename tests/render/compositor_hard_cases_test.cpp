@@ -9,6 +9,7 @@
 #include "render/compositor.h"
 #include "render/gl_context.h"
 #include "scene/half_float.h"
+#include "scene/state_id.h"
 #include "test_scenes.h"
 
 namespace pleinair::test::compositor_hard_cases_test {
@@ -184,12 +185,12 @@ TEST_P(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
   CompositeScene scene(to_sun_);
   for (glm::vec3& response : scene.view.sky_response[0].pixels) response = glm::vec3(0.0f);
   for (glm::vec3& bounce : scene.view.sun_bounce.pixels) bounce = glm::vec3(0.0f);
-  ++scene.view.geometry_version;
-  ++scene.view.sun_version;
+  scene.view.geometry_id = StateId::Next();
+  scene.view.sun_id = StateId::Next();
   // Lit, and black once the sun is taken away: 0 / x is right, x / 0 does not occur.
   ExpectSound(scene, Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)), "no sky");
   for (glm::vec3& albedo : scene.view.albedo_rgb.pixels) albedo = glm::vec3(0.0f);
-  ++scene.view.geometry_version;
+  scene.view.geometry_id = StateId::Next();
   ExpectSound(scene, Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)), "no albedo");
   scene.lighting.sun.irradiance_rgb = glm::dvec3(0.0);
   scene.lighting.sky[0].irradiance_rgb = glm::dvec3(0.0);

@@ -15,6 +15,7 @@
 #include "composite_scene.h"
 #include "ray_cast_reference.h"
 #include "render/gl_context.h"
+#include "scene/state_id.h"
 #include "test_scenes.h"
 
 namespace pleinair::test::compositor_test {
@@ -258,7 +259,7 @@ TEST_P(CompositorTest, APixelThatLooksLitLosesTheSunWhereTheMeshMisplacesAShadow
     scene_.view.sun_visibility.pixels[i] = 0.0f;
     scene_.view.edge_distance_px.pixels[i] = 1.0f;
   }
-  ++scene_.view.sun_version;
+  scene_.view.sun_id = StateId::Next();
   const Composite after = Render(sphere_);
   EXPECT_EQ(before.change.pixels, after.change.pixels);
 }
@@ -348,7 +349,7 @@ TEST_P(CompositorTest, SkyShapesAddUp) {
   scene_.lighting.sky.push_back(scene_.lighting.sky[0]);
   scene_.lighting.sky[0].irradiance_rgb *= 0.25;
   scene_.lighting.sky[1].irradiance_rgb *= 0.75;
-  ++scene_.view.geometry_version;
+  scene_.view.geometry_id = StateId::Next();
   const Composite two = Render(sphere_);
   EXPECT_EQ(one.change.pixels, two.change.pixels);
   for (std::size_t i = 0; i < one.radiance.pixels.size(); ++i) {

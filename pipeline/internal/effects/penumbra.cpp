@@ -1,0 +1,147 @@
+// Soft edges of the sun's shadows: the disc is half a degree wide.
+#include <cstddef>
+#include <vector>
+
+#include "estimation/lighting_source.h"
+#include "objects/learned_cost.h"
+#include "objects/shadow_places.h"
+#include "pipeline/internal/effects/bound_terms.h"
+#include "pipeline/internal/effects/effect_stage.h"
+#include "pipeline/internal/effects/seen_shade.h"
+#include "scene/cached.h"
+#include "scene/stopwatch.h"
+
+namespace pleinair {
+namespace {
+
+struct Done {};
+// The part of the objects' share of the sun that is computed from the mesh alone.
+struct PastMesh {
+  ObjectSunShare share;
+  SeenShade seen_shade;
+};
+
+class Penumbra : public FrameEffect {
+ public:
+  explicit Penumbra(EffectStage& stage) : stage_(stage) {}
+
+  // The bounds of the shadows whose edges are soft.
+  Bound BoundOf(const EffectFrame& /*frame*/, std::span<const EffectOffer> before) override {
+    const EffectOffer& cast = before[static_cast<std::size_t>(Effect::kSunShadow)];
+    const EffectOffer& on_objects = before[static_cast<std::size_t>(Effect::kObjectShadow)];
+    const bool is_cast = cast.bound_code_values > on_objects.bound_code_values;
+    const EffectOffer& larger = is_cast ? cast : on_objects;
+    if (larger.bound_code_values == 0.0) return {0.0, "no shadow of the sun"};
+    return {larger.bound_code_values, larger.why};
+  }
+  EffectSet PartOf(const EffectFrame& /*frame*/) override {
+    return {Effect::kSunShadow, Effect::kObjectShadow};
+  }
+
+  void AddWorks(const EffectFrame& frame, std::vector<FrameWork>& works) override {
+    works.push_back(WorkOf("objects in view",
+                           stage_.ViewOfObjects().Cost(frame),
+                           frame,
+                           {Effect::kPenumbra, Effect::kGlossyReflection}));
+    works.back().make = [this, &frame](EffectSet runs) {
+      // Soft shadows on real surfaces do without.
+      if (runs.HasAny({Effect::kObjectShadow, Effect::kGlossyReflection})) {
+        stage_.ViewOfObjects().Update(stage_.Objects(), frame);
+      }
+    };
+    works.push_back(
+        WorkOf("sun past objects", CostOf(real_, real_cost_, frame), frame, {Effect::kSunShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
+    works.back().make = [this, &frame](EffectSet) { UpdateReal(frame); };
+    works.push_back(WorkOf("sun on objects",
+                           CostOf(on_objects_, object_cost_, frame),
+                           frame,
+                           {Effect::kObjectShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
+    works.back().make = [this, &frame](EffectSet) { UpdateObjects(frame); };
+    works.push_back(
+        WorkOf("seen shade on objects", CostOfSeenShade(frame), frame, {Effect::kObjectShadow}));
+    works.back().offer.with_all = {Effect::kPenumbra};
+    works.back().sum = [this, &frame](EffectSet) { TakeSeenShade(frame); };
+  }
+
+  void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
+    input.sun_shares = &shares_;
+  }
+
+ private:
+  template <class Made>
+  static WorkCost CostOf(const Cached<Made, ViewOfPose>& made,
+                         const LearnedCost& cost,
+                         const EffectFrame& frame) {
+    if (made.IsOf(frame.UnderSun())) return {.is_kept = true};
+    return {.expected_ms = cost.Ms(), .nominal_ms = cost.NominalMs(), .sun_ms = cost.Ms()};
+  }
+
+  void UpdateReal(const EffectFrame& frame) {
+    real_.Get(frame.UnderSun(), [&] {
+      Stopwatch watch;
+      shares_.real = stage_.SunPastObjects().OnReal(frame.view, frame.basis.Sun());
+      real_cost_.Learn(watch.LapMs());
+      return Done();
+    });
+  }
+  void UpdateObjects(const EffectFrame& frame) {
+    on_objects_.Get(frame.UnderSun(), [&] {
+      const ObjectView& view = stage_.ViewOfObjects().Update(stage_.Objects(), frame);
+      Stopwatch watch;
+      PastMesh past_mesh;
+      past_mesh.share = stage_.SunPastObjects().OnObjects(view, frame.basis.Sun());
+      past_mesh.seen_shade = SeenShade(ShadowPlacesOf(view,
+                                                      stage_.Objects(),
+                                                      stage_.RealSurfaces(),
+                                                      frame.view,
+                                                      glm::vec3(frame.basis.Sun().direction_enu)),
+                                       {frame.view.Width(), frame.view.Height()});
+      is_past_mesh_ = false;
+      object_cost_.Learn(watch.LapMs());
+      return past_mesh;
+    });
+  }
+  // Less than a code value of the sun on the objects needs no search.
+  // In light that is hardly known, dark surfaces would count as shade.
+  bool MayShowShade(const EffectFrame& frame) {
+    return LightIsKnown(frame.lighting) && SunOnObjects(stage_, frame).code_values >= 1.0;
+  }
+  WorkCost CostOfSeenShade(const EffectFrame& frame) {
+    if (!MayShowShade(frame)) return {.is_kept = true};
+    return {.expected_ms = seen_shade_cost_.Ms(), .nominal_ms = seen_shade_cost_.NominalMs()};
+  }
+  // Repeated for each picture: shade also moves when camera and sun do not, as that of trees in the
+  // wind, cars and people does.
+  void TakeSeenShade(const EffectFrame& frame) {
+    PastMesh& past_mesh = on_objects_.Kept();
+    const GrayImage* left = nullptr;
+    if (MayShowShade(frame)) {
+      Stopwatch watch;
+      left = past_mesh.seen_shade.SunLeft(frame);
+      if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);
+      seen_shade_cost_.Learn(watch.LapMs());
+    }
+    if (left == nullptr && !is_past_mesh_) shares_.objects = past_mesh.share;
+    is_past_mesh_ = left == nullptr;
+  }
+
+  SunShares shares_;
+  Cached<Done, ViewOfPose> real_;  // In shares_.
+  Cached<PastMesh, ViewOfPose> on_objects_;
+  LearnedCost real_cost_{4.0};
+  LearnedCost object_cost_{4.0};
+  LearnedCost seen_shade_cost_{1.0};
+  bool is_past_mesh_ = false;  // shares_.objects is on_objects_'s share.
+  EffectStage& stage_;
+};
+
+}  // namespace
+
+const EffectDefinition kPenumbraEffect{.name = "penumbra",
+                                       .help = "soft edges of the sun's shadows",
+                                       .rms_share = 0.016,
+                                       .make = MakeEffect<Penumbra>};
+
+}  // namespace pleinair
