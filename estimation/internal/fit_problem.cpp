@@ -1,6 +1,7 @@
 #include "estimation/internal/fit_problem.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -12,10 +13,6 @@
 
 namespace pleinair::estimation_internal {
 namespace {
-
-// Quarters: light between surfaces is smooth, and so is what a model of it misses.
-constexpr int kMostCells = 4;
-constexpr int kLeastInCell = 4;
 
 // A sample is usable when its model is; a channel of it when its radiance is, too.
 bool HasModel(const DiffuseSample& sample, int sky_shapes) {
@@ -78,6 +75,10 @@ bool ComesBefore(const DiffuseSample& a, const DiffuseSample& b) {
 }
 
 }  // namespace
+
+// Quarters: light between surfaces is smooth, and so is what a model of it misses.
+const FitProblem::Division FitProblem::kForNoise{.most_cells = 4, .least_in_cell = 4};
+const FitProblem::Division FitProblem::kForTrends{.most_cells = 16, .least_in_cell = 10};
 
 void FitProblem::Load(std::span<const DiffuseSample> samples,
                       const LightingPrior& prior,
@@ -150,7 +151,9 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       row += error_count;
     }
   }
-  DivideIntoCells();
+  DivideIntoCells(kForTrends);
+  FindTrends();
+  DivideIntoCells(kForNoise);
   ChooseUnits(prior.scale_rgb);
   white = camera.white_radiance / radiance_unit;
   if (has_veil) FillVeilColumn(veil);
@@ -182,7 +185,7 @@ void FitProblem::SetExponentColumn(std::span<const double> predicted) {
   }
 }
 
-void FitProblem::DivideIntoCells() {
+void FitProblem::DivideIntoCells(const Division& division) {
   cell.resize(order_.size());
   places_.resize(order_.size());
   plane_of_cell.clear();
@@ -191,13 +194,78 @@ void FitProblem::DivideIntoCells() {
     for (; last < places_.size() && plane[last] == plane[first]; ++last) {
       places_[last] = {order_[last].sample->pixel, static_cast<int>(last)};
     }
-    Divide(plane[first], std::span(places_).subspan(first, last - first), kMostCells);
+    Divide(plane[first], std::span(places_).subspan(first, last - first), division);
+    first = last;
+  }
+}
+
+double FitProblem::SunOverSky(std::size_t sample) const {
+  double sun = 0.0;
+  double sky = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const double* row = Transport(static_cast<int>(sample), c);
+    sun += row[0];
+    for (int j = 1; j < basis_count; ++j) sky += row[j];
+  }
+  return sky > 0.0 ? (basis_count - 1) * sun / sky : 0.0;
+}
+
+// Only as far as neighbours are alike: what differs from sample to sample at random is no trend.
+void FitProblem::FindTrends() {
+  struct Group {
+    Mean mean;
+    double squares = 0.0;
+    double factor = 0.0;
+  };
+  // Less is rounding: all samples have the same responses.
+  constexpr double kLeastSpread = 1e-6;
+  trend.assign(order_.size(), 0.0);
+  if (!has_sun) return;
+  cell_means_.assign(2 * plane_of_cell.size(), Mean{});
+  for (std::size_t first = 0; first < trend.size();) {
+    std::size_t last = first;
+    double largest = 0.0;
+    for (; last < trend.size() && plane[last] == plane[first]; ++last) {
+      trend[last] = SunOverSky(last);
+      largest = std::max(largest, trend[last]);
+    }
+    const auto group_of = [&](std::size_t i) { return trend[i] > 0.5 * largest ? 1u : 0u; };
+    std::array<Group, 2> groups{};  // In the shade, and in the sun.
+    for (std::size_t i = first; i < last; ++i) {
+      Group& group = groups[group_of(i)];
+      group.mean.Add(trend[i]);
+      group.squares += trend[i] * trend[i];
+      cell_means_[2 * static_cast<std::size_t>(cell[i]) + group_of(i)].Add(trend[i]);
+    }
+    for (std::size_t g = 0; g < 2; ++g) {
+      Group& group = groups[g];
+      const double mean = group.mean.Value();
+      const double variance = group.squares / std::max(1.0, group.mean.count) - mean * mean;
+      const double least = kLeastSpread * largest;
+      if (!(group.mean.count > 1.0) || !(variance > least * least)) continue;
+      double between = 0.0;
+      double cells = 0.0;
+      for (std::size_t c = 0; c < plane_of_cell.size(); ++c) {
+        const Mean& in_cell = cell_means_[2 * c + g];
+        if (plane_of_cell[c] != plane[first] || !(in_cell.count > 0.0)) continue;
+        const double apart = in_cell.Value() - mean;
+        between += in_cell.count * apart * apart / (group.mean.count * variance);
+        cells += 1.0;
+      }
+      const double by_chance = (cells - 1.0) / (group.mean.count - 1.0);
+      const double smooth = by_chance < 1.0 ? (between - by_chance) / (1.0 - by_chance) : 0.0;
+      group.factor = 0.5 * std::sqrt(std::clamp(smooth, 0.0, 1.0) / variance);
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      const Group& group = groups[group_of(i)];
+      trend[i] = group.factor * (trend[i] - group.mean.Value());
+    }
     first = last;
   }
 }
 
 // Halves the longer side at its median.
-void FitProblem::Divide(std::int32_t in_plane, std::span<Place> places, int most_cells) {
+void FitProblem::Divide(std::int32_t in_plane, std::span<Place> places, const Division& division) {
   glm::ivec2 low = places[0].pixel;
   glm::ivec2 high = low;
   for (const Place& place : places) {
@@ -205,7 +273,8 @@ void FitProblem::Divide(std::int32_t in_plane, std::span<Place> places, int most
     high = glm::max(high, place.pixel);
   }
   const glm::ivec2 size = high - low;
-  if (most_cells < 2 || places.size() < 2 * kLeastInCell || size == glm::ivec2(0)) {
+  if (division.most_cells < 2 || places.size() < 2 * division.least_in_cell ||
+      size == glm::ivec2(0)) {
     const auto id = static_cast<std::int32_t>(plane_of_cell.size());
     for (const Place& place : places) cell[static_cast<std::size_t>(place.sample)] = id;
     plane_of_cell.push_back(in_plane);
@@ -219,8 +288,9 @@ void FitProblem::Divide(std::int32_t in_plane, std::span<Place> places, int most
                    [axis](const Place& a, const Place& b) {
                      return std::pair(a.pixel[axis], a.sample) < std::pair(b.pixel[axis], b.sample);
                    });
-  Divide(in_plane, places.first(half), most_cells / 2);
-  Divide(in_plane, places.subspan(half), most_cells / 2);
+  const Division halved{division.most_cells / 2, division.least_in_cell};
+  Divide(in_plane, places.first(half), halved);
+  Divide(in_plane, places.subspan(half), halved);
 }
 
 void FitProblem::ChooseUnits(const glm::dvec3& usual_irradiance_rgb) {

@@ -52,6 +52,10 @@ struct FitProblem {
   // numbers of samples; one where it has few samples or they have no place.
   std::vector<std::int32_t> cell;
   std::vector<std::int32_t> plane_of_cell;
+  // Per sample: how much more sun over sky its responses have than the mean of its plane's samples
+  // in the sun, or of those in the shade, in twice their standard deviation. Less where neighbours
+  // differ as much as distant samples do, and 0 where only they differ.
+  std::vector<double> trend;
 
   // Takes over the usable samples in canonical order: by plane, pixel, then value, so that the
   // order in which they come does not change a bit of any sum. `exponent` is the one to take out:
@@ -87,10 +91,28 @@ struct FitProblem {
   };
   std::vector<Usable> order_;
   std::vector<Place> places_;
+  struct Mean {
+    double sum = 0.0;
+    double count = 0.0;
+    void Add(double value) {
+      sum += value;
+      count += 1.0;
+    }
+    double Value() const { return count > 0.0 ? sum / count : 0.0; }
+  };
+  std::vector<Mean> cell_means_;  // Per cell, in the shade and in the sun.
   std::vector<double> scratch_;
 
-  void DivideIntoCells();
-  void Divide(std::int32_t in_plane, std::span<Place> places, int most_cells);
+  struct Division {
+    int most_cells = 1;
+    std::size_t least_in_cell = 1;
+  };
+  static const Division kForNoise;
+  static const Division kForTrends;
+  void DivideIntoCells(const Division& division);
+  void FindTrends();
+  double SunOverSky(std::size_t sample) const;
+  void Divide(std::int32_t in_plane, std::span<Place> places, const Division& division);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
   void FillVeilColumn(const glm::dvec3& veil_rgb);
 };

@@ -206,6 +206,10 @@ void Reweighting::Accumulate(const FitProblem& problem) {
   sun_target_.assign(cells, 0.0);
   sky_per_sun_.assign(cells, 0.0);
   sky_row_.assign(cells * kColumns, 0.0);
+  for (std::vector<double>* sums : {&trend_mean_, &trend_trend_, &trend_sky_, &trend_target_}) {
+    sums->assign(cells, 0.0);
+  }
+  trend_row_.assign(cells * kColumns, 0.0);
   std::array<Eigen::Matrix<double, kColumns, kColumns>, 3> normal;
   normal.fill(Eigen::Matrix<double, kColumns, kColumns>::Zero());
   std::array<Row, 3> gradient;
@@ -224,6 +228,11 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       Row sum_row = Row::Zero();
       Row sum_sky_row = Row::Zero();
       Row sum_target_row = Row::Zero();
+      double sum_trend = 0.0;
+      double sum_trend_trend = 0.0;
+      double sum_trend_sky = 0.0;
+      double sum_trend_target = 0.0;
+      Row sum_trend_row = Row::Zero();
       Eigen::Matrix<double, kColumns, kColumns> sum_normal =
           Eigen::Matrix<double, kColumns, kColumns>::Zero();
       for (std::size_t i = first; i < last; ++i) {
@@ -243,6 +252,12 @@ void Reweighting::Accumulate(const FitProblem& problem) {
         sum_row += weighted;
         sum_sky_row += sky * row;
         sum_target_row += target * weighted;
+        const double trend = weight * problem.trend[i];
+        sum_trend += trend;
+        sum_trend_trend += trend * problem.trend[i];
+        sum_trend_sky += trend * sky_share_[v];
+        sum_trend_target += trend * target;
+        sum_trend_row += trend * row;
         sum_normal.noalias() += weighted * row.transpose();
       }
       normal[c] += sum_normal;
@@ -259,6 +274,11 @@ void Reweighting::Accumulate(const FitProblem& problem) {
       Eigen::Map<Row>(plane_row_.data() + cell * kColumns) = inverse * sum_row;
       Eigen::Map<Row>(sky_row_.data() + cell * kColumns) = sum_sky_row;
       if (!problem.has_sun) continue;
+      trend_mean_[cell] = sum_trend * inverse;
+      trend_trend_[cell] = sum_trend_trend;
+      trend_sky_[cell] = sum_trend_sky;
+      trend_target_[cell] = sum_trend_target;
+      Eigen::Map<Row>(trend_row_.data() + cell * kColumns) = sum_trend_row;
       Eigen::Map<Row>(sun_row_.data() + cell * kColumns) = sum_normal.col(0);
       sun_target_[cell] = sum_target_row[0];
       if (sum_normal(0, 0) > 0.0) sky_per_sun_[cell] = sum_sky_row[0] / sum_normal(0, 0);
@@ -295,6 +315,12 @@ void Reweighting::WhitenMeans(const FitProblem& problem) {
     const double sun = part * mean_row[0];
     sun_target_[cell] -= sun * plane_target_[cell];
     Eigen::Map<BasisVector>(sun_row_.data() + cell * b, columns).noalias() -= sun * mean_row;
+
+    const double trend = part * trend_mean_[cell];
+    trend_trend_[cell] -= trend * trend_mean_[cell];
+    trend_sky_[cell] -= trend * sky_mean_[cell];
+    trend_target_[cell] -= trend * plane_target_[cell];
+    Eigen::Map<BasisVector>(trend_row_.data() + cell * b, columns).noalias() -= trend * mean_row;
   }
 }
 
@@ -320,12 +346,20 @@ void Reweighting::WhitenSky(const FitProblem& problem) {
     sun_target_[cell] -= sun * sky_target_[cell];
     Eigen::Map<BasisVector>(sun_row_.data() + cell * static_cast<std::size_t>(columns), columns)
         .noalias() -= sun * row;
+
+    trend_sky_[cell] /= sky_sky;
+    const double trend = part * trend_sky_[cell];
+    trend_trend_[cell] -= trend * trend_sky_[cell];
+    trend_target_[cell] -= trend * sky_target_[cell];
+    Eigen::Map<BasisVector>(trend_row_.data() + cell * static_cast<std::size_t>(columns), columns)
+        .noalias() -= trend * row;
   }
 }
 
 void Reweighting::WhitenSun(const FitProblem& problem) {
   const int columns = problem.ColumnCount();
   sun_taken_.assign(sun_target_.size(), 0.0);
+  trend_sun_.assign(sun_target_.size(), 0.0);
   if (!problem.has_sun) return;
   for (std::size_t cell = 0; cell < sun_taken_.size(); ++cell) {
     Eigen::Map<BasisVector> row(sun_row_.data() + cell * static_cast<std::size_t>(columns),
@@ -342,6 +376,35 @@ void Reweighting::WhitenSun(const FitProblem& problem) {
     const double part = (1.0 - kept_squared) * sun_sun;
     normal_[c].noalias() -= part * row * row.transpose();
     gradient_[c].noalias() -= part * sun_target_[cell] * row;
+
+    Eigen::Map<BasisVector> trend_row(trend_row_.data() + cell * static_cast<std::size_t>(columns),
+                                      columns);
+    const double along_sun = trend_row[0] / sun_sun;
+    const double trend = part * along_sun;
+    trend_trend_[cell] -= trend * along_sun;
+    trend_target_[cell] -= trend * sun_target_[cell];
+    trend_row.noalias() -= trend * row;
+    trend_sun_[cell] = along_sun;
+  }
+}
+
+void Reweighting::WhitenTrend(const FitProblem& problem) {
+  const int columns = problem.ColumnCount();
+  trend_taken_.assign(trend_trend_.size(), 0.0);
+  for (std::size_t cell = 0; cell < trend_taken_.size(); ++cell) {
+    const double trend_trend = trend_trend_[cell];
+    if (!(trend_trend > 0.0)) continue;
+    const std::size_t c = cell % 3;
+    const auto ci = static_cast<Eigen::Index>(c);
+    const double kept_squared = 1.0 / (1.0 + Square(trend_error_) * trend_trend / noise_(ci, ci));
+    trend_taken_[cell] = 1.0 - std::sqrt(kept_squared);
+    Eigen::Map<BasisVector> row(trend_row_.data() + cell * static_cast<std::size_t>(columns),
+                                columns);
+    row /= trend_trend;
+    trend_target_[cell] /= trend_trend;
+    const double part = (1.0 - kept_squared) * trend_trend;
+    normal_[c].noalias() -= part * row * row.transpose();
+    gradient_[c].noalias() -= part * trend_target_[cell] * row;
   }
 }
 
@@ -349,6 +412,7 @@ void Reweighting::FinishNormal(const FitProblem& problem) {
   WhitenMeans(problem);
   WhitenSky(problem);
   WhitenSun(problem);
+  WhitenTrend(problem);
   for (std::size_t c = 0; c < 3; ++c) {
     const double inverse = 1.0 / noise_(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
     normal_[c] *= inverse;
@@ -375,16 +439,21 @@ void Reweighting::Whiten(const FitProblem& problem) {
       const double* mean_row = plane_row_.data() + cell * static_cast<std::size_t>(columns);
       const double* sky_row = sky_row_.data() + cell * static_cast<std::size_t>(columns);
       const double* sun_row = sun_row_.data() + cell * static_cast<std::size_t>(columns);
+      const double* trend_row = trend_row_.data() + cell * static_cast<std::size_t>(columns);
       const double by_sky = sky_taken_[cell] * (sky_share_[v] - taken_[cell] * sky_mean_[cell]);
       const double by_sun =
           sun_taken_[cell] * (unit * row[0] - taken_[cell] * mean_row[0] - by_sky * sky_row[0]);
+      const double by_trend =
+          trend_taken_[cell] * (problem.trend[i] - taken_[cell] * trend_mean_[cell] -
+                                by_sky * trend_sky_[cell] - by_sun * trend_sun_[cell]);
       for (int j = 0; j < columns; ++j) {
         out[j] = factor * (unit * row[j] - taken_[cell] * mean_row[j] - by_sky * sky_row[j] -
-                           by_sun * sun_row[j]);
+                           by_sun * sun_row[j] - by_trend * trend_row[j]);
       }
       channel.target[i] =
           factor * (unit * problem.radiance[v] - taken_[cell] * plane_target_[cell] -
-                    by_sky * sky_target_[cell] - by_sun * sun_target_[cell]);
+                    by_sky * sky_target_[cell] - by_sun * sun_target_[cell] -
+                    by_trend * trend_target_[cell]);
     }
   }
 }

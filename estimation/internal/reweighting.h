@@ -46,20 +46,25 @@ struct WhitenedChannel {
 // asymptotic covariance, n = mean(w) * mean(psi^2) / mean(psi')^2 (Huber, Robust Statistics,
 // section 7.6). It is a 3 x 3 matrix over the channels, since albedo errors are often grey.
 //
-// Samples of one plane, lit and shaded, share three errors:
+// Samples of one plane, lit and shaded, share four errors:
 // - of albedo: a part t of their entire prediction;
 // - of the sky's shape: a part s of the sky's share v of the prediction;
 // - of an occluder of the sky that the mesh lacks (an awning over the shaded part), of the same
 //   size s. It looks like more or less sun: u is the sun's column times the part of v that is
 //   proportional to it.
+// - of albedo, and of what the mesh lacks, slowly varying over the plane: a part m, at most t,
+// along
+//   the trend g of FitProblem. Among the lit samples of a plane, as among the shaded ones, the
+//   response to sun and sky differs by a few per cent, and albedos as much: that difference must
+//   not count as evidence of sun or sky.
 // So 400 samples of one wall count as much as that wall's albedo allows. The contrast of lit and
 // shaded samples determines the sun to s of the sky's light, whatever the sky's shape. The plane's
 // covariance is
-//   n I + t^2 1 1' + s^2 (v v' + u u').
+//   n I + t^2 1 1' + m^2 g g' + s^2 (v v' + u u').
 // It is whitened by subtracting from each row the part phi of the plane's mean row, 1 - phi = (1 +
-// t^2 W / n)^-1/2 with W the plane's summed weight. The same follows along the remaining v, and
-// along u. t and s are a multiple of their expected values; the planes' residuals determine it
-// (one-way analysis of variance).
+// t^2 W / n)^-1/2 with W the plane's summed weight. The same follows along the remaining v, along
+// u, and along g. t, m and s are a multiple of their expected values; the planes' residuals
+// determine it (one-way analysis of variance).
 //
 // Neighbours share more: a texture, the dark of a corner. n includes that by the design effect
 // (Kish, Survey Sampling, section 8.1): the variance of means over parts of a plane, over the
@@ -122,6 +127,7 @@ class Reweighting {
   std::array<BasisMatrix, 3> last_normal_;
   double error_ = 1.0;  // e of the planes' errors.
   double shared_error_ = 0.0;
+  double trend_error_ = 0.0;
   double sky_shape_error_ = 0.0;
 
   std::vector<double> inverse_unit_;  // Per sample and channel; 0 where unusable.
@@ -148,6 +154,15 @@ class Reweighting {
   std::vector<double> sun_row_;
   std::vector<double> sun_taken_;
   std::vector<double> sky_per_sun_;
+  // The trend g: its weighted mean, and its summed products with itself, with target and row. Each
+  // whitening takes its part of these; after that along g the last two are means along it.
+  std::vector<double> trend_mean_;
+  std::vector<double> trend_trend_;
+  std::vector<double> trend_sky_;  // With v; after whitening along v the mean along it.
+  std::vector<double> trend_sun_;  // The mean along u.
+  std::vector<double> trend_target_;
+  std::vector<double> trend_row_;
+  std::vector<double> trend_taken_;
   // Per cell: the sum of psi, and the inliers; and those of its plane.
   std::vector<Eigen::Vector3d> cell_psi_;
   std::vector<double> cell_inliers_;
@@ -189,6 +204,7 @@ class Reweighting {
   void WhitenMeans(const FitProblem& problem);
   void WhitenSky(const FitProblem& problem);
   void WhitenSun(const FitProblem& problem);
+  void WhitenTrend(const FitProblem& problem);
   void FinishNormal(const FitProblem& problem);
 };
 

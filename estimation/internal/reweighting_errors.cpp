@@ -18,6 +18,8 @@ constexpr double kFarOff = 2.5;
 constexpr double kSigmaOfMedianWithoutFarOff = 1.5060;
 // Weight of the expected errors, as a number of samples, cells or planes.
 constexpr double kPriorCount = 1.0;
+// Of albedo across a plane. A guessed albedo may be wrong by more, but on all of its plane.
+constexpr double kMostTrend = 0.05;
 
 }  // namespace
 
@@ -208,6 +210,7 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
   }
   error_ = std::sqrt(error_squared);
   shared_error_ = error_ * options.shared_error;
+  trend_error_ = error_ * std::min(options.shared_error, kMostTrend);
   sky_shape_error_ = error_ * options.sky_shape_error;
 }
 
