@@ -92,6 +92,20 @@ double LogDensity(const SunAndSky& value, const LightGaussian& light) {
   return -0.5 * scaled.squaredNorm() - log_root;
 }
 
+// Covariance of what the survey measures under a state: of a sun as strong as the state's. The
+// error of the sun is a factor. A sun that outshines its map's sky, and is therefore clipped, is
+// uncertain by 40 %, but not by all of it: it was not covered.
+SunAndSkyMatrix ErrorUnder(const SunAndSky& state,
+                           double sun_relative,
+                           const LightGaussian& measured) {
+  SunAndSkyMatrix error = measured.covariance;
+  const auto sun = measured.mean.head<3>();
+  const Eigen::Vector3d under = state.head<3>().cwiseMin(sun);
+  error.topLeftCorner<3, 3>() +=
+      Square(sun_relative) * (under * under.transpose() - sun * sun.transpose());
+  return error;
+}
+
 }  // namespace
 
 WeatherBelief BeliefFromClimate(const SkyClimate& climate, UtcTime time) {
@@ -132,7 +146,9 @@ WeatherBelief BeliefFromSurvey(const SurveyedLight& survey) {
   for (std::size_t s = 0; s < kSkyStates; ++s) {
     LightGaussian expected = climate.states[s].light;
     AddGainError(survey.clear_sky.gain_stddev, expected);
-    expected.covariance += measured.covariance;
+    expected.covariance += survey.sun_may_be_covered
+                               ? measured.covariance
+                               : ErrorUnder(climate.states[s].light.mean, sun_relative, measured);
     log_share[s] = std::log(climate.states[s].share) + LogDensity(measured.mean, expected);
   }
   const double largest = *std::max_element(log_share.begin(), log_share.end());

@@ -33,6 +33,8 @@ struct SurveyedLight {
   glm::dvec3 sun_stddev_rgb{0.0};
   glm::dvec3 sky_rgb{0.0};        // Horizontal, without the disc.
   ClearSkyExpectation clear_sky;  // At the sun of the survey.
+  // The survey did not see the sun's place: sun_rgb holds only if no cloud covered it.
+  bool sun_may_be_covered = false;
 };
 
 // The belief from the climate only.

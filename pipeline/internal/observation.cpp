@@ -11,7 +11,8 @@ std::optional<SurveyedLight> SurveyedLightOf(const PreparedScene& scene,
                        light.sun_irradiance_rgb,
                        light.sun_irradiance_stddev_rgb,
                        light.sky_irradiance_rgb,
-                       clear_sky.At(light.sun_direction_enu)};
+                       clear_sky.At(light.sun_direction_enu),
+                       light.sun_hidden};
 }
 
 // Errors of guesses differ mostly between surfaces: a person compares with neighbouring surfaces.

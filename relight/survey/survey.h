@@ -58,6 +58,7 @@ struct SurveyLight {
   SunOrigin sun_origin = SunOrigin::kMap;
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
   bool sun_clipped = false;            // The disc could not be measured in the map.
+  bool sun_hidden = false;             // A building hides it: it may be behind a cloud, too.
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};

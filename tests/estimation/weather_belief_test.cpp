@@ -57,6 +57,29 @@ TEST(WeatherBelief, ASurveysLightDecidesItsWeather) {
   EXPECT_GT(StateOf(BeliefFromSurvey(Clear()), SkyState::kClear).share, 0.7);
 }
 
+// A sun that the map clips is assumed to be a clear sky's, give or take 40 %. However grey the
+// map's sky, a sun of nearly nothing is no error of 40 %: hours later a covered sun is the
+// climate's share, and not what the survey showed. Where the map did not see the sun's place it may
+// be.
+TEST(WeatherBelief, ASunThatOutshoneItsSkyWasNotCovered) {
+  SurveyedLight survey = Clear();
+  survey.sun_rgb = SyntheticClearSky().beam_rgb;
+  survey.sun_stddev_rgb = 0.4 * survey.sun_rgb;
+  const auto sunless = [&] {
+    const WeatherBelief belief = BeliefFromSurvey(survey);
+    return StateOf(belief, SkyState::kCoveredSun).share +
+           StateOf(belief, SkyState::kOvercast).share;
+  };
+  for (const double grey : {100.0, 130.0, 160.0}) {
+    survey.sky_rgb = grey * glm::dvec3(0.97, 1.0, 1.03);
+    survey.clear_sky.gain_stddev = 0.5;
+    survey.sun_may_be_covered = false;
+    EXPECT_LT(sunless(), 0.01) << grey;
+    survey.sun_may_be_covered = true;
+    EXPECT_GT(sunless(), 0.2) << grey;
+  }
+}
+
 // An overcast morning is no sunny noon: what was wrong with a prior that relaxed to a clear sky.
 TEST(WeatherBelief, AnOvercastHourStaysOvercast) {
   const WeatherBelief survey = BeliefFromSurvey(Overcast());

@@ -511,6 +511,26 @@ TEST(SurveyLightHardCases, ASmoothBrightCloudIsNotClipped) {
   EXPECT_LT(light.sun_irradiance_rgb.y, 0.02 * light.sky_irradiance_rgb.y);
 }
 
+// Glow of a red evening behind clouds, in a file whose channels share an exponent: the step of all
+// three is that of the red. Blue has then only a few values, and several pixels the largest.
+TEST(SurveyLightHardCases, TheGlowOfARedEveningIsNoClippedSun) {
+  OpenSky sky;
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 512; ++x) {
+      const double angle = glm::distance(DirectionFromLatLong({x + 0.5, y + 0.5}, OpenSky::kSize),
+                                         sky.map.sun_direction_enu);
+      const double glow = 200.0 * std::exp(-angle * angle / 0.02);
+      glm::vec3 value(20.0 + glow, 20.0 + 0.6 * glow, 10.0 + 0.14 * glow);
+      const float step = std::exp2(std::floor(std::log2(value.r)) - 7.0f);
+      for (int c = 0; c < 3; ++c) value[c] = step * std::round(value[c] / step);
+      sky.map.radiance.At(x, y) = value;
+    }
+  }
+  const SurveyLight light = MeasureSurveyLight(sky.map, sky.shows_sky, 1.0);
+  EXPECT_FALSE(light.sun_clipped);
+  EXPECT_LT(light.sun_irradiance_rgb.y, 0.1 * light.sky_irradiance_rgb.y);
+}
+
 // The computed place is trusted to a pixel of the map (0.7 deg here), the map beyond it.
 TEST(SurveyLightHardCases, ADiscWithinTheWindowIsFollowedToItsCentroid) {
   OpenSky sky;

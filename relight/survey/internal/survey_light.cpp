@@ -98,18 +98,25 @@ bool HasFlatTop(const RgbImage& map,
                 const glm::dvec3& whole_sky_median,
                 int most_fully_covered) {
   constexpr float kHalfMax = 65504.0f;  // Largest half float.
-  // Steps of shared-exponent files, 0.4 to 0.8 % each: a bright cloud's smooth top has some pixels
-  // equal, and as many a step below.
+  // Steps of shared-exponent files, 0.4 to 0.8 % of the pixel's largest channel each: a bright
+  // cloud's smooth top has some pixels equal, and as many a step below. In the blue of a red
+  // evening, a step is several per cent.
   constexpr double kFewSteps = 0.025;
   for (int channel = 0; channel < 3; ++channel) {
     float peak = 0.0f;
-    for (const MapPixel& pixel : window) peak = std::max(peak, map.At(pixel.x, pixel.y)[channel]);
+    float largest_at_peak = 0.0f;
+    for (const MapPixel& pixel : window) {
+      const glm::vec3& value = map.At(pixel.x, pixel.y);
+      if (!(value[channel] > peak)) continue;
+      peak = value[channel];
+      largest_at_peak = std::max({value.x, value.y, value.z});
+    }
     int equal = 0;
     int almost = 0;
     for (const MapPixel& pixel : window) {
       const float value = map.At(pixel.x, pixel.y)[channel];
       equal += value >= peak * (1.0 - kEqual);
-      almost += value >= peak * (1.0 - kFewSteps);
+      almost += value >= peak - kFewSteps * largest_at_peak;
     }
     if (!(peak > kAboveTheSky * whole_sky_median[channel])) continue;
     if (peak == kHalfMax) return true;
@@ -329,6 +336,7 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
     } else if (sun_seen < 0.5 && !(MeanOf(light.sun_irradiance_rgb) >
                                    kSignificant * MeanOf(light.sun_irradiance_stddev_rgb))) {
       unmeasured_relative_stddev = kHiddenRelativeStddev;
+      light.sun_hidden = true;
       light.notes.emplace_back("survey map: the sun's disc is not in view");
     }
   }
