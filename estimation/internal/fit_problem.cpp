@@ -210,57 +210,65 @@ double FitProblem::SunOverSky(std::size_t sample) const {
   return sky > 0.0 ? (basis_count - 1) * sun / sky : 0.0;
 }
 
-// Only as far as neighbours are alike: what differs from sample to sample at random is no trend.
 void FitProblem::FindTrends() {
-  struct Group {
-    Mean mean;
-    double squares = 0.0;
-    double factor = 0.0;
-  };
-  // Less is rounding: all samples have the same responses.
-  constexpr double kLeastSpread = 1e-6;
   trend.assign(order_.size(), 0.0);
   if (!has_sun) return;
+  for (std::size_t i = 0; i < trend.size(); ++i) trend[i] = SunOverSky(i);
   cell_means_.assign(2 * plane_of_cell.size(), Mean{});
+  std::size_t first_cell = 0;  // Of the plane: its cells follow each other.
   for (std::size_t first = 0; first < trend.size();) {
     std::size_t last = first;
-    double largest = 0.0;
-    for (; last < trend.size() && plane[last] == plane[first]; ++last) {
-      trend[last] = SunOverSky(last);
-      largest = std::max(largest, trend[last]);
+    while (last < trend.size() && plane[last] == plane[first]) ++last;
+    std::size_t last_cell = first_cell;
+    while (last_cell < plane_of_cell.size() && plane_of_cell[last_cell] == plane[first]) {
+      ++last_cell;
     }
-    const auto group_of = [&](std::size_t i) { return trend[i] > 0.5 * largest ? 1u : 0u; };
-    std::array<Group, 2> groups{};  // In the shade, and in the sun.
-    for (std::size_t i = first; i < last; ++i) {
-      Group& group = groups[group_of(i)];
-      group.mean.Add(trend[i]);
-      group.squares += trend[i] * trend[i];
-      cell_means_[2 * static_cast<std::size_t>(cell[i]) + group_of(i)].Add(trend[i]);
-    }
-    for (std::size_t g = 0; g < 2; ++g) {
-      Group& group = groups[g];
-      const double mean = group.mean.Value();
-      const double variance = group.squares / std::max(1.0, group.mean.count) - mean * mean;
-      const double least = kLeastSpread * largest;
-      if (!(group.mean.count > 1.0) || !(variance > least * least)) continue;
-      double between = 0.0;
-      double cells = 0.0;
-      for (std::size_t c = 0; c < plane_of_cell.size(); ++c) {
-        const Mean& in_cell = cell_means_[2 * c + g];
-        if (plane_of_cell[c] != plane[first] || !(in_cell.count > 0.0)) continue;
-        const double apart = in_cell.Value() - mean;
-        between += in_cell.count * apart * apart / (group.mean.count * variance);
-        cells += 1.0;
-      }
-      const double by_chance = (cells - 1.0) / (group.mean.count - 1.0);
-      const double smooth = by_chance < 1.0 ? (between - by_chance) / (1.0 - by_chance) : 0.0;
-      group.factor = 0.5 * std::sqrt(std::clamp(smooth, 0.0, 1.0) / variance);
-    }
-    for (std::size_t i = first; i < last; ++i) {
-      const Group& group = groups[group_of(i)];
-      trend[i] = group.factor * (trend[i] - group.mean.Value());
-    }
+    FindTrend({first, last}, {first_cell, last_cell});
     first = last;
+    first_cell = last_cell;
+  }
+}
+
+// From the ratios of a plane's samples. Only as far as neighbours are alike: what differs from
+// sample to sample at random is no trend.
+void FitProblem::FindTrend(const Range& samples, const Range& cells) {
+  const auto begin = trend.begin() + static_cast<std::ptrdiff_t>(samples.first);
+  const auto end = trend.begin() + static_cast<std::ptrdiff_t>(samples.last);
+  const double largest = *std::max_element(begin, end);
+  const auto group_of = [&](double ratio) { return ratio > 0.5 * largest ? 1u : 0u; };
+  std::array<Mean, 2> means{};  // In the shade, and in the sun.
+  std::array<double, 2> squares{};
+  for (std::size_t i = samples.first; i < samples.last; ++i) {
+    const std::size_t group = group_of(trend[i]);
+    means[group].Add(trend[i]);
+    squares[group] += trend[i] * trend[i];
+    cell_means_[2 * static_cast<std::size_t>(cell[i]) + group].Add(trend[i]);
+  }
+  std::array<double, 2> factors{};
+  for (std::size_t group = 0; group < 2; ++group) {
+    // Less is rounding: all samples have the same responses.
+    constexpr double kLeastSpread = 1e-6;
+    const double mean = means[group].Value();
+    const double count = means[group].count;
+    const double variance = squares[group] / std::max(1.0, count) - mean * mean;
+    const double least = kLeastSpread * largest;
+    if (!(count > 1.0) || !(variance > least * least)) continue;
+    double between = 0.0;  // Share of the variance that is between the cells' means.
+    double cells_with_any = 0.0;
+    for (std::size_t c = cells.first; c < cells.last; ++c) {
+      const Mean& in_cell = cell_means_[2 * c + group];
+      if (!(in_cell.count > 0.0)) continue;
+      const double apart = in_cell.Value() - mean;
+      between += in_cell.count * apart * apart / (count * variance);
+      cells_with_any += 1.0;
+    }
+    const double by_chance = (cells_with_any - 1.0) / (count - 1.0);
+    const double smooth = by_chance < 1.0 ? (between - by_chance) / (1.0 - by_chance) : 0.0;
+    factors[group] = 0.5 * std::sqrt(std::clamp(smooth, 0.0, 1.0) / variance);
+  }
+  for (std::size_t i = samples.first; i < samples.last; ++i) {
+    const std::size_t group = group_of(trend[i]);
+    trend[i] = factors[group] * (trend[i] - means[group].Value());
   }
 }
 

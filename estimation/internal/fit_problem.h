@@ -107,10 +107,15 @@ struct FitProblem {
     int most_cells = 1;
     std::size_t least_in_cell = 1;
   };
+  struct Range {
+    std::size_t first = 0;
+    std::size_t last = 0;  // Behind the last one.
+  };
   static const Division kForNoise;
   static const Division kForTrends;
   void DivideIntoCells(const Division& division);
   void FindTrends();
+  void FindTrend(const Range& samples, const Range& cells);
   double SunOverSky(std::size_t sample) const;
   void Divide(std::int32_t in_plane, std::span<Place> places, const Division& division);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
