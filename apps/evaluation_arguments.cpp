@@ -130,7 +130,7 @@ void AddTradeoff(CLI::App& app, Work& work) {
   AddSettings(tradeoff, *given);
   tradeoff.callback([options, given, &work] {
     work = [options, given] {
-      given->ApplyTo(options->trials.session);
+      options->trials.assignments = given->ApplyTo(options->trials.session);
       return Print(RunTradeoffCommand(*options));
     };
   });

@@ -144,8 +144,7 @@ std::shared_ptr<const LoadedSequence> FrontTrials::Load(const SessionOptions& op
 FrontTrials::Runs FrontTrials::RunsOf(const SessionOptions& options) {
   const std::shared_ptr<const LoadedSequence> loaded = Load(options);
   SessionOptions of_moving = options;
-  of_moving.receivers_at = SurfaceViewOptions::ReceiversAt::kSurfaces;
-  of_moving.influence_at = InfluenceAt::kFaces;
+  of_moving.camera_moves = true;
   return {std::make_unique<SequenceSession>(loaded, options, context_),
           std::make_unique<SequenceSession>(loaded, of_moving, context_)};
 }

@@ -100,7 +100,7 @@ void AddSettings(CLI::App& command, GivenSettings& given) {
 void AddSettingsCommand(CLI::App& app, Work& work) {
   auto json = std::make_shared<bool>(false);
   CLI::App& settings = *app.add_subcommand(
-      "settings", "All settings of `run` and `prepare`: meaning, unit, values, default");
+      "settings", "All settings of the commands that take --set: meaning, unit, values, default");
   settings.footer("Example: pleinair settings");
   settings.add_flag("--json", *json, "print JSON");
   settings.callback([json, &work] {

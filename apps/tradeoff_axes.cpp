@@ -97,7 +97,7 @@ void AddProbeAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
 }
 
 void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
-  const bool camera_moves = sweep_case.influence_at == InfluenceAt::kFaces;
+  const bool on_surfaces = sweep_case.receivers_at == SurfaceViewOptions::ReceiversAt::kSurfaces;
   axes.push_back(
       AxisOf("pipeline.object_light.route", Judge::kPicture, {"gather", "probe", "volume", "map"}));
   axes.push_back(AxisOf("pipeline.object_light.gather.rays_per_receiver",
@@ -110,14 +110,14 @@ void AddPictureAxes(const SweepCase& sweep_case, std::vector<SweepAxis>& axes) {
                 {"hard", {}, Effect::kPenumbra},
                 false));
   axes.push_back(WithDefault(AxisOf("influence_at", Judge::kPicture, {"pixels", "faces"}),
-                             camera_moves ? "faces" : "pixels"));
+                             sweep_case.influence_at == InfluenceAt::kFaces ? "faces" : "pixels"));
   axes.push_back(AxisOf(
       "pipeline.effects.threshold_code_values", Judge::kPicture, {"0", "0.25", "1", "4", "16"}));
   axes.push_back(
       WithDefault(AxisOf("pipeline.view.sun_block_px", Judge::kPicture, {"1", "2", "4", "8"}),
-                  camera_moves ? "4" : "1"));
+                  on_surfaces ? "4" : "1"));
   // On surfaces there are no blocks of receivers.
-  if (!camera_moves) {
+  if (!on_surfaces) {
     axes.push_back(
         AxisOf("pipeline.view.receiver_block_px", Judge::kPicture, {"2", "4", "8", "16"}));
   }

@@ -45,6 +45,7 @@ struct SweepCase {
   bool is_indoors = false;
   InfluenceAt influence_at = InfluenceAt::kPixels;  // By default.
   int map_width = 0;  // Width of the environment map; 0: there is none.
+  SurfaceViewOptions::ReceiversAt receivers_at = SurfaceViewOptions::ReceiversAt::kPixels;
 };
 
 std::vector<SweepAxis> SweepAxesFor(const SweepCase& sweep_case);

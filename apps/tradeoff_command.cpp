@@ -87,9 +87,10 @@ std::string SweepAxes(const TradeoffCommandOptions& options,
                   here.light_is_fitted ? trials.LightFrames() : trials.PictureFrames(),
                   trials.PictureFrames()),
       fmt::format("{} seeds where the light alone is estimated, {} where rays or pictures are "
-                  "recomputed; no filter over time, all other settings at their defaults",
+                  "recomputed; no filter over time, {}",
                   settings.seeds,
-                  settings.costly_seeds),
+                  settings.costly_seeds,
+                  OtherSettingsInWords(settings)),
       MachineLine(),
       "the recording's frames are minutes apart: each pays for a new sun, which a camera's frames "
       "share for 48 s"};
@@ -180,11 +181,11 @@ std::string SweepImperfections(const TradeoffCommandOptions& options,
       }
     }
   }
-  page.settings = {
-      fmt::format("{}", fmt::join(recordings, ", ")),
-      fmt::format("{} seeds; 8-bit frames with a camera's noise; pleinair {}, settings by default",
-                  settings.seeds,
-                  PLEINAIR_VERSION)};
+  page.settings = {fmt::format("{}", fmt::join(recordings, ", ")),
+                   fmt::format("{} seeds; 8-bit frames with a camera's noise; pleinair {}; {}",
+                               settings.seeds,
+                               PLEINAIR_VERSION,
+                               OtherSettingsInWords(trials))};
   MakeFolder(options.out);
   WriteWholeText(options.out / "imperfections.csv", ImperfectionCsv(page));
   WriteChart(options.out / "imperfections.svg", ImperfectionOverview(page));

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "apps/lighting_log.h"
@@ -33,6 +35,11 @@ SessionOptions TrialRunOptions(const TrialSettings& settings) {
   SessionOptions options = settings.session;
   options.pipeline.filter.reset();  // Each frame by itself.
   return options;
+}
+
+std::string OtherSettingsInWords(const TrialSettings& settings) {
+  if (settings.assignments.empty()) return "all other settings at their defaults";
+  return fmt::format("{}, other settings at their defaults", fmt::join(settings.assignments, ", "));
 }
 
 // Mean of sun's and sky's error, median over the frames that are judged.
@@ -101,7 +108,9 @@ SweepCase TradeoffTrials::Case() const {
   sweep_case.is_indoors = default_->site.is_indoors;
   if (const auto& map = default_->site.model.environment)
     sweep_case.map_width = map->radiance.width;
-  sweep_case.influence_at = PipelineOptionsFor(options, *default_).influence_at;
+  const FramePipelineOptions pipeline = PipelineOptionsFor(options, *default_);
+  sweep_case.influence_at = pipeline.influence_at;
+  sweep_case.receivers_at = pipeline.view.receivers_at;
   return sweep_case;
 }
 

@@ -17,10 +17,12 @@
 namespace pleinair {
 
 struct TrialSettings {
-  SessionOptions session;  // Of all runs, where it is not swept.
-  int seeds = 20;          // For settings that are judged by the light.
-  int costly_seeds = 3;    // For settings that need new pictures or rays.
-  int frames_limit = 24;   // Spread over the sequence.
+  // Of all runs, but for what is swept, the seeds, and the filter: each frame stands by itself.
+  SessionOptions session;
+  std::vector<std::string> assignments;  // "name=value", what differs in it from the defaults.
+  int seeds = 20;                        // For settings that are judged by the light.
+  int costly_seeds = 3;                  // For settings that need new pictures or rays.
+  int frames_limit = 24;                 // Spread over the sequence.
 };
 
 // With one seed; medians over frames. None where it was not measured.
@@ -40,6 +42,8 @@ struct TrialFigures {
 
 // The options that a sweep varies: each frame by itself, without the filter over time.
 SessionOptions TrialRunOptions(const TrialSettings& settings);
+// "all other settings at their defaults", or what differs from these.
+std::string OtherSettingsInWords(const TrialSettings& settings);
 
 // See TradeoffTrials. None where nothing of the kind was scored.
 std::optional<double> LightError(const Score& score);

@@ -23,6 +23,7 @@ struct DiffuseSample {
   double weight = 1.0;                  // Share of an ordinary sample's information; 0 leaves out.
   // Samples of one plane (region and facing; lit and shaded) share a part of their model's error.
   std::int32_t plane = 0;
+  bool is_lit = false;  // By the sun, directly, as the model has it.
   glm::ivec2 pixel{0};
   int pixels = 1;  // The number of pixels that radiance_rgb is the mean of.
   // The last estimate gave it a robust weight of 0, or could not use it at all.

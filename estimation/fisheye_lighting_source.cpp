@@ -96,7 +96,7 @@ class FisheyeLightingSource final : public LightingSource {
       prior.information_times_mean[3 + c] += sky[c] / (stddev * stddev);
     }
     // The samples are others from frame to frame.
-    const LightingFit fit = fitter_.Fit(samples_, prior, true, FitStart::kAnew);
+    const LightingFit fit = fitter_.Fit(samples_, prior, true, FitStart::kRobust);
     MarkRejected(fit, samples_);
     glm::dvec3 stddev(0.0);
     double beam = 0.0;

@@ -137,7 +137,7 @@ class JointFit {
       }
       // The frames are of other times.
       found_.lights[f] =
-          fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up, FitStart::kAnew);
+          fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up, FitStart::kRobust);
     }
   }
 

@@ -365,7 +365,7 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   fit.irradiance_rgb = LightVector::Zero(lights);
   impl_->options.shared_error = std::max(impl_->given_options.shared_error, prior.albedo_stddev);
   impl_->is_ambiguous = false;
-  if (start == FitStart::kAnew) impl_->last_irradiance_rgb.resize(0);
+  if (start == FitStart::kRobust) impl_->last_irradiance_rgb.resize(0);
   impl_->Load(samples, prior, sun_is_up, prior.camera.exponent);
   fit.samples_used = impl_->problem.sample_count;
   fit.samples_ignored = impl_->problem.ignored;

@@ -73,8 +73,8 @@ bool DeterminesSun(const LightingFit& fit, double clear_sky_beam);
 
 // Where a fit starts.
 enum class FitStart {
-  kLast,  // At the last fit's light, where it explains the samples as well; else as kAnew.
-  kAnew,  // At the robust start: for a frame of another time or place.
+  kLast,    // At the last fit's light, where it explains the samples as well; else as kRobust.
+  kRobust,  // At the robust start: for a frame of another time or place.
 };
 
 // Minimises, over P >= 0 and with sun and sky as unknowns per channel,

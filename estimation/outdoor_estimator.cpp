@@ -225,7 +225,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   const bool continues = since >= UtcTime::duration::zero() && since <= kStartsAtTheLast;
   last_time_ = conditions.time;
   LightingFit fit = fitter_.Fit(
-      samples, expectation.prior, sun_is_up, continues ? FitStart::kLast : FitStart::kAnew);
+      samples, expectation.prior, sun_is_up, continues ? FitStart::kLast : FitStart::kRobust);
   // Surfaces that are all in the sun contain little evidence of the sky, and errors of the model
   // may result in a sky of 0.
   if (sun_is_up && IsKnown(conditions.clear_sky) && !conditions.held &&

@@ -161,8 +161,9 @@ class OutdoorLightingSource final : public LightingSource {
   Camera camera_;
 
   bool SetFits(const SurfaceView& view) const {
-    return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_id == geometry_id_ &&
-           view.sky_id == sky_id_ && view.sun_id == sun_id_ && view.camera == camera_;
+    return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_id.IsSet() &&
+           view.geometry_id == geometry_id_ && view.sky_id == sky_id_ && view.sun_id == sun_id_ &&
+           view.camera == camera_;
   }
 
   // Whether the set's surfaces may be in the view: its camera has moved, or more of it was made.

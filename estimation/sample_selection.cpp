@@ -581,6 +581,7 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
     sample.sky_transport_rgb = footprint.sky;
     sample.weight = footprint.weight;
     sample.plane = footprint.plane;
+    sample.is_lit = footprint.is_lit;
     sample.pixel = {footprint.x, footprint.y};
   }
   return Size() - static_cast<int>(samples.size());

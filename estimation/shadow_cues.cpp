@@ -135,7 +135,10 @@ ShadowCues FindShadows(std::span<DiffuseSample> samples) {
       cues.flat = cues.flat || RobustSpread(levels) < kFlatSpread;
     }
   }
-  for (const std::size_t sample : shaded) samples[sample].sun_transport_rgb *= kBounced;
+  for (const std::size_t sample : shaded) {
+    samples[sample].sun_transport_rgb *= kBounced;
+    samples[sample].is_lit = false;
+  }
   cues.shaded = static_cast<int>(shaded.size());
   return cues;
 }

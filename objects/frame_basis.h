@@ -25,12 +25,12 @@ class FrameBasis {
               const DirectionalLight& bounce_sun);
 
   std::size_t LightCount() const { return light_ids_.size(); }
-  // Another one when the order or the number of lights changes: earlier results are then of none
-  // of them.
+  // A new identity whenever the order or the number of lights changes: earlier results are then of
+  // none of them.
   StateId OrderId() const { return order_id_; }
   // Whether some sky is new in this frame though the sun has not moved on: the next frame's may be.
   bool SkyIsNewAlone() const { return sky_is_new_alone_; }
-  // Another one when the light changes.
+  // A new identity whenever the light changes.
   StateId LightId(std::size_t light) const { return light_ids_[light]; }
   const DirectionalLight& Sun() const { return sun_; }
   // Where light 0 comes from: it changes with LightId(0).
@@ -55,7 +55,7 @@ class FrameBasis {
   DirectionalLight sun_;
   DirectionalLight bounce_sun_;
   StateId sun_faces_id_;
-  StateId order_id_;
+  StateId order_id_ = StateId::Next();
   bool sky_is_new_alone_ = false;
   std::vector<std::shared_ptr<const SkyShape>> shapes_;
   std::vector<StateId> light_ids_;
@@ -89,11 +89,11 @@ class LightsDone {
     made_[light] = {
         basis.LightId(light), basis.OrderId(), basis.BounceSun().direction_enu, StateId::Next()};
   }
-  // All count as never computed from now on.
+  // All count as never computed from now on, so that they are computed again.
   void Invalidate() {
     for (Made& made : made_) made.light = {};
   }
-  // Of what was computed; not set where nothing was.
+  // The identity of the last result, which stays in use after Invalidate; not set before the first.
   StateId ResultId(std::size_t light) const {
     return light < made_.size() ? made_[light].result : StateId();
   }

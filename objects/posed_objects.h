@@ -28,7 +28,7 @@ class PosedObjects {
   //         TransformMesh for impossible ones, naming the object; then all stay where they were.
   bool Pose(std::span<const glm::dmat4> world_from_given);
 
-  // Another one after each Pose that has moved something.
+  // A new identity after each Pose that has moved something.
   StateId PosesId() const { return poses_id_; }
 
   // From where each was given to where it is.

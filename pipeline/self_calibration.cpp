@@ -136,6 +136,7 @@ class SelfCalibrator {
         frame.camera, sun.direction_enu, sun.angular_radius_rad, shapes_, SampleRegionsOf(frame));
     std::fill(
         view.albedo_rgb.pixels.begin(), view.albedo_rgb.pixels.end(), glm::vec3(kDrawnAlbedo));
+    view.geometry_id = StateId::Next();
     SampleSet set;
     set.Draw(
         view, sun.direction_enu, frame.radiance, frame.unusable, {options_.samples, options_.seed});

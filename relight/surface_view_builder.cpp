@@ -223,6 +223,7 @@ struct SurfaceViewBuilder::Impl {
       if (k >= before.size() || before[k] != shapes[k]) are_new.push_back(k);
     }
     SkyResponses(*survey.gather, are_new, survey.view);
+    if (!are_new.empty()) survey.view.sky_id = StateId::Next();
   }
 
   void LimitTo(std::span<const SampleRegionPolygon> limits) {

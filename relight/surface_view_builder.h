@@ -121,7 +121,7 @@ class SurfaceViewBuilder {
   // The shapes of the last Update as the site sees them, past the survey's skyline: the view and
   // SkyFaces are under these, and these objects stay while they do.
   std::span<const std::shared_ptr<const SkyShape>> SkyShapes() const;
-  // Another one when SunFaces() changes; the view's sun_id also changes with the camera.
+  // A new identity whenever SunFaces() changes; the view's sun_id also changes with the camera.
   StateId SunFacesId() const;
 
   // The side of the scene's triangle that each pixel of the view shows, PatchScene::kSky where

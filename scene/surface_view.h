@@ -47,10 +47,11 @@ struct SurfaceView {
 
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // The sun of the sun_* images.
 
-  // Others whenever their images change: the keys of what is derived from them or uploaded.
-  StateId geometry_id;  // Of all images but these:
-  StateId sky_id;       // sky_response,
-  StateId sun_id;       // the sun_* images and edge_distance_px.
+  // A new identity whenever the images change that it stands for: the keys of what is derived from
+  // them or uploaded. Where they are not set, nothing is kept.
+  StateId geometry_id;  // Of all other images.
+  StateId sky_id;       // Of sky_response.
+  StateId sun_id;       // Of the sun_* images and edge_distance_px.
 
   int Width() const { return region.width; }
   int Height() const { return region.height; }

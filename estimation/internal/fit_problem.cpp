@@ -76,7 +76,8 @@ bool ComesBefore(const DiffuseSample& a, const DiffuseSample& b) {
 
 }  // namespace
 
-// Quarters: light between surfaces is smooth, and so is what a model of it misses.
+// Quarters: light between surfaces is smooth, and so is what a model of it misses. Trends take more
+// cells, which show how alike neighbours are, with enough samples that their means are no chance.
 const FitProblem::Division FitProblem::kForNoise{.most_cells = 4, .least_in_cell = 4};
 const FitProblem::Division FitProblem::kForTrends{.most_cells = 16, .least_in_cell = 10};
 
@@ -199,7 +200,7 @@ void FitProblem::DivideIntoCells(const Division& division) {
   }
 }
 
-double FitProblem::SunOverSky(std::size_t sample) const {
+double FitProblem::SunShare(std::size_t sample) const {
   double sun = 0.0;
   double sky = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -207,13 +208,14 @@ double FitProblem::SunOverSky(std::size_t sample) const {
     sun += row[0];
     for (int j = 1; j < basis_count; ++j) sky += row[j];
   }
-  return sky > 0.0 ? (basis_count - 1) * sun / sky : 0.0;
+  sky /= basis_count - 1;
+  return sun + sky > 0.0 ? std::clamp(sun / (sun + sky), 0.0, 1.0) : 0.0;
 }
 
 void FitProblem::FindTrends() {
   trend.assign(order_.size(), 0.0);
   if (!has_sun) return;
-  for (std::size_t i = 0; i < trend.size(); ++i) trend[i] = SunOverSky(i);
+  for (std::size_t i = 0; i < trend.size(); ++i) trend[i] = SunShare(i);
   cell_means_.assign(2 * plane_of_cell.size(), Mean{});
   std::size_t first_cell = 0;  // Of the plane: its cells follow each other.
   for (std::size_t first = 0; first < trend.size();) {
@@ -229,17 +231,14 @@ void FitProblem::FindTrends() {
   }
 }
 
-// From the ratios of a plane's samples. Only as far as neighbours are alike: what differs from
-// sample to sample at random is no trend.
+// From the sun's shares of a plane's samples. Only as far as neighbours are alike: what differs
+// from sample to sample at random is no trend.
 void FitProblem::FindTrend(const Range& samples, const Range& cells) {
-  const auto begin = trend.begin() + static_cast<std::ptrdiff_t>(samples.first);
-  const auto end = trend.begin() + static_cast<std::ptrdiff_t>(samples.last);
-  const double largest = *std::max_element(begin, end);
-  const auto group_of = [&](double ratio) { return ratio > 0.5 * largest ? 1u : 0u; };
+  const auto group_of = [&](std::size_t i) { return order_[i].sample->is_lit ? 1u : 0u; };
   std::array<Mean, 2> means{};  // In the shade, and in the sun.
   std::array<double, 2> squares{};
   for (std::size_t i = samples.first; i < samples.last; ++i) {
-    const std::size_t group = group_of(trend[i]);
+    const std::size_t group = group_of(i);
     means[group].Add(trend[i]);
     squares[group] += trend[i] * trend[i];
     cell_means_[2 * static_cast<std::size_t>(cell[i]) + group].Add(trend[i]);
@@ -251,8 +250,7 @@ void FitProblem::FindTrend(const Range& samples, const Range& cells) {
     const double mean = means[group].Value();
     const double count = means[group].count;
     const double variance = squares[group] / std::max(1.0, count) - mean * mean;
-    const double least = kLeastSpread * largest;
-    if (!(count > 1.0) || !(variance > least * least)) continue;
+    if (!(count > 1.0) || !(variance > kLeastSpread * kLeastSpread)) continue;
     double between = 0.0;  // Share of the variance that is between the cells' means.
     double cells_with_any = 0.0;
     for (std::size_t c = cells.first; c < cells.last; ++c) {
@@ -267,7 +265,7 @@ void FitProblem::FindTrend(const Range& samples, const Range& cells) {
     factors[group] = 0.5 * std::sqrt(std::clamp(smooth, 0.0, 1.0) / variance);
   }
   for (std::size_t i = samples.first; i < samples.last; ++i) {
-    const std::size_t group = group_of(trend[i]);
+    const std::size_t group = group_of(i);
     trend[i] = factors[group] * (trend[i] - means[group].Value());
   }
 }

@@ -52,9 +52,9 @@ struct FitProblem {
   // numbers of samples; one where it has few samples or they have no place.
   std::vector<std::int32_t> cell;
   std::vector<std::int32_t> plane_of_cell;
-  // Per sample: how much more sun over sky its responses have than the mean of its plane's samples
-  // in the sun, or of those in the shade, in twice their standard deviation. Less where neighbours
-  // differ as much as distant samples do, and 0 where only they differ.
+  // Per sample: by how much the sun's share of its responses exceeds the mean over the lit, or over
+  // the shaded, samples of its plane, in twice their standard deviation. Less where neighbours
+  // differ as much as distant samples do, and 0 where only neighbours differ.
   std::vector<double> trend;
 
   // Takes over the usable samples in canonical order: by plane, pixel, then value, so that the
@@ -109,14 +109,14 @@ struct FitProblem {
   };
   struct Range {
     std::size_t first = 0;
-    std::size_t last = 0;  // Behind the last one.
+    std::size_t last = 0;  // One past the last.
   };
   static const Division kForNoise;
   static const Division kForTrends;
   void DivideIntoCells(const Division& division);
   void FindTrends();
   void FindTrend(const Range& samples, const Range& cells);
-  double SunOverSky(std::size_t sample) const;
+  double SunShare(std::size_t sample) const;
   void Divide(std::int32_t in_plane, std::span<Place> places, const Division& division);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
   void FillVeilColumn(const glm::dvec3& veil_rgb);

@@ -52,10 +52,10 @@ struct WhitenedChannel {
 // - of an occluder of the sky that the mesh lacks (an awning over the shaded part), of the same
 //   size s. It looks like more or less sun: u is the sun's column times the part of v that is
 //   proportional to it.
-// - of albedo, and of what the mesh lacks, slowly varying over the plane: a part m, at most t,
-//   along the trend g of FitProblem. Among the lit samples of a plane, as among the shaded ones,
-//   the ratio of the responses to sun and sky differs by a few per cent, and albedos by as much:
-//   that difference must not count as evidence of sun or sky.
+// - of albedo, and of what the mesh lacks, slowly varying over the plane: a part m, at most t
+//   and 5 %, along the trend g of FitProblem. Among the lit samples of a plane, as among the shaded
+//   ones, the ratio of the responses to sun and sky differs by a few per cent, and albedos by as
+//   much: that difference must not count as evidence of sun or sky.
 // So 400 samples of one wall count as much as that wall's albedo allows. The contrast of lit and
 // shaded samples determines the sun to s of the sky's light, whatever the sky's shape. The plane's
 // covariance is

@@ -210,7 +210,7 @@ void Reweighting::EstimateSharedErrors(const FitProblem& problem,
   }
   error_ = std::sqrt(error_squared);
   shared_error_ = error_ * options.shared_error;
-  trend_error_ = error_ * std::min(options.shared_error, kMostTrend);
+  trend_error_ = std::min(shared_error_, kMostTrend);
   sky_shape_error_ = error_ * options.sky_shape_error;
 }
 

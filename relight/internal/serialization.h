@@ -59,7 +59,11 @@ void ArchiveView(Archive& archive, SurfaceView& view) {
   ArchiveImage(archive, view.edge_distance_px);
   ArchiveImage(archive, view.footprint_radius_px);
   ArchivePlain(archive, view.sun_direction_enu);
-  if constexpr (Archive::is_loading::value) view.geometry_id = view.sun_id = StateId::Next();
+  if constexpr (Archive::is_loading::value) {
+    view.geometry_id = StateId::Next();
+    view.sky_id = StateId::Next();
+    view.sun_id = StateId::Next();
+  }
 }
 
 template <class Archive>

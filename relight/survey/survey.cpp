@@ -347,6 +347,7 @@ Survey MakeSurvey(const SurveyMap& map,
   survey.light.albedo_stddev_rgb = AlbedoStddev(survey.light, view);
   NoteSun(shadows, survey.light);
   view.geometry_id = StateId::Next();
+  view.sky_id = StateId::Next();
   view.sun_id = StateId::Next();
   return survey;
 }

@@ -58,6 +58,7 @@ struct Day {
           DiffuseSample& white = sample.white;
           white.sun_transport_rgb = glm::dvec3((shaded ? 0.0 : cosine) + 0.05) / std::numbers::pi;
           white.sky_transport_rgb[0] = glm::dvec3(open + 0.05 * uniform(random)) / std::numbers::pi;
+          white.is_lit = !shaded;
           white.plane = sample.surface;
           white.pixel = {i, static_cast<int>(surface)};
           const double seen = uniform(random) < outliers ? 3.0 * uniform(random) : 1.0;

@@ -392,7 +392,7 @@ TEST(LightingFitHardCases, DeviationsCoverTheErrorsOfBadProblems) {
   int covered = 0;
   for (int i = 0; i < kProblems; ++i) {
     const BadProblem problem = MakeBadProblem(random);
-    const LightingFit fit = fitter.Fit(problem.samples, SyntheticPrior(), true, FitStart::kAnew);
+    const LightingFit fit = fitter.Fit(problem.samples, SyntheticPrior(), true, FitStart::kRobust);
     ExpectSane(fit);
     for (int c = 0; c < 3; ++c) {
       for (const int u : {c, 3 + c}) {
@@ -481,7 +481,7 @@ TEST(LightingFitHardCases, OnePlaneInTheSunOutweighsFiveInTheShadeOfTrees) {
     scene.region_noise = 0.03;
     std::vector<DiffuseSample> samples = MakeSamples(scene);
     HideTheSun(scene, scene.regions - 1, 1.0, samples);
-    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kAnew);
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kRobust);
     ExpectSane(fit);
     ExpectTruthWithinThreeSigma(fit, scene);
     EXPECT_GT(fit.irradiance_rgb[1], 0.85 * scene.sun.y) << seed;
@@ -498,7 +498,7 @@ TEST(LightingFitHardCases, ShadowsThatTheMeshLacksDoNotWeakenTheSun) {
     scene.albedo_noise = 0.1;
     std::vector<DiffuseSample> samples = MakeSamples(scene);
     HideTheSun(scene, scene.regions, 0.7, samples);
-    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kAnew);
+    const LightingFit fit = fitter.Fit(samples, SyntheticPrior(), true, FitStart::kRobust);
     ExpectSane(fit);
     ExpectTruthWithinThreeSigma(fit, scene);
     EXPECT_NEAR(fit.irradiance_rgb[1], scene.sun.y, 0.1 * scene.sun.y) << seed;
@@ -600,18 +600,24 @@ TEST(LightingFitHardCases, ATrendAcrossOnePlaneIsNoCertainSun) {
       sample.pixel = {10 * (i % 20), 10 * (i / 20)};
       sample.sky_transport_rgb[0] = glm::dvec3(0.1 * (1.0 + 0.1 * gauss(random)));
       sample.sun_transport_rgb = sample.sky_transport_rgb[0] * (0.78 + 0.025 * side);
+      sample.is_lit = true;
       sample.radiance_rgb =
           light * sample.sky_transport_rgb[0] * (1.0 + trend * side + 0.03 * gauss(random));
     }
-    const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true);
-    ExpectSane(fit);
-    EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam())) << trend;
-    EXPECT_LE(fit.irradiance_rgb[1], 3.0 * fit.sun_stddev_data_rgb[1]) << trend;
+    for (const LightingFitOptions::Solver solver :
+         {LightingFitOptions::Solver::kCeres, LightingFitOptions::Solver::kClosed}) {
+      LightingFitOptions options;
+      options.solver = solver;
+      const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true, options);
+      ExpectSane(fit);
+      EXPECT_FALSE(DeterminesSun(fit, ClearSkyBeam())) << trend;
+      EXPECT_LE(fit.irradiance_rgb[1], 3.0 * fit.sun_stddev_data_rgb[1]) << trend;
+    }
   }
 }
 
 // The same trend beside a shadow's edge: the contrast of sun and shade determines the sun as well
-// as without it.
+// as without it, also where some lit samples see little of the sky, in a corner.
 TEST(LightingFitHardCases, ATrendAcrossAPlaneWithAShadowLeavesItsContrast) {
   SyntheticScene scene;
   std::mt19937_64 random(4);
@@ -621,15 +627,26 @@ TEST(LightingFitHardCases, ATrendAcrossAPlaneWithAShadowLeavesItsContrast) {
     const double side = (i % 20 - 9.5) / 5.8;
     DiffuseSample& sample = samples.emplace_back();
     sample.pixel = {10 * (i % 20), 10 * (i / 20)};
-    sample.sky_transport_rgb[0] = glm::dvec3(0.1);
-    if (i >= 200) sample.sun_transport_rgb = glm::dvec3(0.1 * (0.6 + 0.02 * side));
+    sample.sky_transport_rgb[0] = glm::dvec3(i % 20 == 19 ? 0.03 : 0.1);
+    sample.is_lit = i >= 200;
+    if (sample.is_lit) sample.sun_transport_rgb = glm::dvec3(0.1 * (0.6 + 0.02 * side));
     sample.radiance_rgb =
         (scene.sun * sample.sun_transport_rgb + scene.sky * sample.sky_transport_rgb[0]) *
         (1.0 + 0.03 * side + 0.03 * gauss(random));
   }
-  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true);
+  LightingFitOptions options;
+  const LightingFit fit = FitLighting(samples, LightingPrior::Nothing(1), true, options);
   EXPECT_TRUE(DeterminesSun(fit, ClearSkyBeam()));
   EXPECT_NEAR(fit.irradiance_rgb[1], scene.sun[1], 0.05 * scene.sun[1]);
+  EXPECT_LT(fit.sun_stddev_data_rgb[1], 0.08 * scene.sun[1]);
+
+  // Both solvers see the same errors: one weights rows, the other their sums.
+  options.solver = LightingFitOptions::Solver::kClosed;
+  const LightingFit closed = FitLighting(samples, LightingPrior::Nothing(1), true, options);
+  for (int i = 0; i < fit.irradiance_rgb.size(); ++i) {
+    EXPECT_NEAR(closed.irradiance_rgb[i], fit.irradiance_rgb[i], 1e-4 * fit.irradiance_rgb[i]);
+    EXPECT_NEAR(closed.covariance(i, i), fit.covariance(i, i), 1e-3 * fit.covariance(i, i));
+  }
 }
 
 }  // namespace

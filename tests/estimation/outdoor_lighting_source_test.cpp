@@ -1,5 +1,4 @@
 #include "estimation/outdoor_lighting_source.h"
-#include "scene/state_id.h"
 
 #include <chrono>
 #include <cmath>
@@ -7,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/state_id.h"
 #include "tests/estimation/synthetic_view.h"
 
 namespace pleinair::outdoor_lighting_source_test {

@@ -92,6 +92,7 @@ inline std::vector<DiffuseSample> MakeSamples(const SyntheticScene& scene) {
     for (int c = 0; c < 3; ++c) {
       sample.radiance_rgb[c] *= std::max(0.05, 1.0 + scene.channel_noise * gauss(random));
     }
+    sample.is_lit = lit;
     sample.plane = r;
 
     bool wrong = false;

@@ -51,6 +51,7 @@ inline SurfaceView MakeView(const SyntheticPicture& picture) {
   view.footprint_radius_px = Image<float>(width, height, 1.2f);
   view.sun_direction_enu = SyntheticSunDirection();
   view.geometry_id = StateId::Next();
+  view.sky_id = StateId::Next();
   view.sun_id = StateId::Next();
 
   std::mt19937_64 random(7);

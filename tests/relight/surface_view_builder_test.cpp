@@ -1,5 +1,4 @@
 #include "relight/surface_view_builder.h"
-#include "scene/state_id.h"
 
 #include <algorithm>
 #include <chrono>
@@ -11,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "scene/state_id.h"
 #include "sunmodel/sky_shapes.h"
 #include "tests/relight/survey_test_site.h"
 

@@ -174,7 +174,7 @@ TEST_F(CompositeByBoth, IsTheSameWhereObjectsMoveOverAViewThatStands) {
   }
 }
 
-// The device's part of a view follows the view's version, also where it was larger before.
+// The device's part of a view follows the view's state, also where it was larger before.
 TEST_F(CompositeByBoth, IsTheSameWhereAViewChangesUnderTheDevicesPart) {
   Compositor by_device(CompositorOptions{.composite_by = CompositeBy::kDevice});
   RgbImage& sky = scene_.view.sky_response.front();

@@ -45,6 +45,7 @@ void CompositeScene::MakeView() {
   view.edge_distance_px = GrayImage(width, height, 20.0f);
   view.footprint_radius_px = GrayImage(width, height, 1.0f);
   view.geometry_id = StateId::Next();
+  view.sky_id = StateId::Next();
   view.sun_id = StateId::Next();
   const RayCaster caster(phantom);
   const glm::vec3 eye(view.camera.CentreWorldM());

@@ -185,7 +185,7 @@ TEST_P(CompositorHardCase, AModelWithoutLightOrAlbedoTouchesNothing) {
   CompositeScene scene(to_sun_);
   for (glm::vec3& response : scene.view.sky_response[0].pixels) response = glm::vec3(0.0f);
   for (glm::vec3& bounce : scene.view.sun_bounce.pixels) bounce = glm::vec3(0.0f);
-  scene.view.geometry_id = StateId::Next();
+  scene.view.sky_id = StateId::Next();
   scene.view.sun_id = StateId::Next();
   // Lit, and black once the sun is taken away: 0 / x is right, x / 0 does not occur.
   ExpectSound(scene, Render(scene, Sphere({0.0f, 0.0f, 1.0f}, 0.8f, 24)), "no sky");

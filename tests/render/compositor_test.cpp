@@ -349,7 +349,7 @@ TEST_P(CompositorTest, SkyShapesAddUp) {
   scene_.lighting.sky.push_back(scene_.lighting.sky[0]);
   scene_.lighting.sky[0].irradiance_rgb *= 0.25;
   scene_.lighting.sky[1].irradiance_rgb *= 0.75;
-  scene_.view.geometry_id = StateId::Next();
+  scene_.view.sky_id = StateId::Next();
   const Composite two = Render(sphere_);
   EXPECT_EQ(one.change.pixels, two.change.pixels);
   for (std::size_t i = 0; i < one.radiance.pixels.size(); ++i) {

@@ -155,8 +155,8 @@ struct EffectDefinition {
   // bound of 255. Measured on recordings (docs/accuracy.md, "A budget").
   double rms_share = 1.0;
   std::unique_ptr<FrameEffect> (*make)(EffectStage& stage) = nullptr;
-  EffectSet brings = {};          // See BroughtBy
-  bool is_way_of_others = false;  // and IsWayOfOthers.
+  EffectSet brings = {};          // See BroughtBy.
+  bool is_way_of_others = false;  // See IsWayOfOthers.
 };
 
 // For EffectDefinition::make.

@@ -10,6 +10,7 @@ namespace pleinair {
 
 GatheredFor KeptInfluence::RaysFor(const EffectFrame& frame) const {
   GatheredFor rays{frame.Geometry(), frame.basis.LightCount()};
+  // Of any view.
   if (OnFaces()) rays.place.view = {};
   return rays;
 }

@@ -29,7 +29,7 @@ struct LitFor {
 // The lights that were computed.
 struct LitByLight {
   LightsDone done;
-  std::vector<StateId> made_from;  // The objects' light, by basis light.
+  std::vector<StateId> made_from;  // The ResultId of the objects' light, by basis light.
 };
 
 // Learned costs of the three steps.

@@ -107,9 +107,10 @@ bool HasFlatTop(const RgbImage& map,
     float largest_at_peak = 0.0f;
     for (const MapPixel& pixel : window) {
       const glm::vec3& value = map.At(pixel.x, pixel.y);
-      if (!(value[channel] > peak)) continue;
+      if (value[channel] < peak) continue;
+      const float largest = std::max({value.x, value.y, value.z});
+      largest_at_peak = value[channel] > peak ? largest : std::max(largest, largest_at_peak);
       peak = value[channel];
-      largest_at_peak = std::max({value.x, value.y, value.z});
     }
     int equal = 0;
     int almost = 0;
