@@ -114,11 +114,12 @@ double SkyVariance(const Lighting& light, std::size_t c) {
 }
 
 // docs/accuracy.md, "The bundled courtyard": with seeds 1 to 5 of the samples the sun is at most
-// 3.2 % of the largest sun off, the sky 8.1 % of itself; medians over the frames are at most 1.4 %
-// and 1.6 %. Another choice of samples, or another machine's rounding, moves the worst frames by
+// 3.0 % of the largest sun off, the sky 2.1 % of itself; medians over the frames are at most 0.7 %
+// and 1.1 %. Another choice of samples, or another machine's rounding, moves the worst frames by
 // 0.5 % and 1.4 % and the medians by 0.4 % and 0.2 % (standard deviations between seeds), which is
-// added once. What is stated must hold the truth: each channel is within twice its deviation (1.7
-// times at most), and deviations are 3.2 % and 7.5 % at most, 0.2 % and 0.5 % of which are noise.
+// added once; the site is prepared more coarsely here. What is stated must hold the truth: each
+// channel is within twice its deviation (1.1 times at most), and deviations are 3.5 % and 7.4 % at
+// most, 0.2 % and 0.5 % of which are noise.
 TEST_F(Courtyard, LightFollowsTheClouds) {
   const std::vector<FrameResult>& results = Gathered();
   ASSERT_EQ(results.size(), sequence_->frames.size());
@@ -138,12 +139,12 @@ TEST_F(Courtyard, LightFollowsTheClouds) {
         largest_sun);
     sky_errors.push_back(std::abs(MeanOf(found_sky) / MeanOf(truth[i].sky_irradiance_rgb) - 1.0));
     EXPECT_LT(sun_errors.back(), 0.037) << "frame " << i;
-    EXPECT_LT(sky_errors.back(), 0.095) << "frame " << i;
+    EXPECT_LT(sky_errors.back(), 0.05) << "frame " << i;
     for (std::size_t c = 0; c < 3; ++c) {
       const int channel = static_cast<int>(c);
       const double sun_stddev = std::sqrt(found.covariance[c * (3 * (1 + found.sky.size()) + 1)]);
       const double sky_stddev = std::sqrt(SkyVariance(found, c));
-      EXPECT_LT(sun_stddev, 0.034 * largest_sun) << "frame " << i;
+      EXPECT_LT(sun_stddev, 0.037 * largest_sun) << "frame " << i;
       EXPECT_LT(sky_stddev, 0.08 * found_sky[channel]) << "frame " << i;
       EXPECT_NEAR(
           found.sun.irradiance_rgb[channel], truth[i].sun_irradiance_rgb[channel], 2.0 * sun_stddev)
