@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "pipeline/internal/effects/light_on_objects.h"
+#include "pipeline/internal/effects/motion_track.h"
 #include "pipeline/internal/effects/seen_shade.h"
 #include "render/real_sun.h"
 #include "scene/half_float.h"
