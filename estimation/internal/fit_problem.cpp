@@ -152,7 +152,6 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       row += error_count;
     }
   }
-  DivideIntoCells(kForTrends);
   FindTrends();
   DivideIntoCells(kForNoise);
   ChooseUnits(prior.scale_rgb);
@@ -215,6 +214,7 @@ double FitProblem::SunShare(std::size_t sample) const {
 void FitProblem::FindTrends() {
   trend.assign(order_.size(), 0.0);
   if (!has_sun) return;
+  DivideIntoCells(kForTrends);
   for (std::size_t i = 0; i < trend.size(); ++i) trend[i] = SunShare(i);
   cell_means_.assign(2 * plane_of_cell.size(), Mean{});
   std::size_t first_cell = 0;  // Of the plane: its cells follow each other.
