@@ -128,6 +128,7 @@ std::string SearchTheFront(const TradeoffCommandOptions& options, const TrialSet
                                settings.costly_seeds,
                                page.points.size()),
                    "times are ratios to the default's, measured side by side, times its median",
+                   "no filter over time, " + OtherSettingsInWords(settings),
                    MachineLine()};
   for (const FrontPoint& point : page.points) {
     if (!point.failure.empty()) spdlog::warn("a combination failed: {}", point.failure);
