@@ -51,6 +51,8 @@ SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
   constexpr double kHueLogStddev = 0.12;
   // Where the map's disc may be cut or faint, any sun.
   constexpr double kAnySunLogStddev = 1.5;
+  // Behind a building the sky may be covered: about as often as not.
+  constexpr double kChanceOfNone = 0.5;
   const glm::dvec3 clear_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
   if (light.sun_origin != SunOrigin::kClearSky) {
     return {clear_beam_rgb, kAnySunLogStddev, 2.0 * kHueLogStddev};
@@ -59,7 +61,8 @@ SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
       MeanOf(light.sun_irradiance_stddev_rgb) / MeanOf(light.sun_irradiance_rgb);
   return {clear_beam_rgb,
           std::sqrt(std::max(relative * relative - kHueLogStddev * kHueLogStddev, 0.0)),
-          kHueLogStddev};
+          kHueLogStddev,
+          light.sun_hidden ? kChanceOfNone : 0.0};
 }
 
 // Whether the map's disc holds much less light than its shadows indicate.
@@ -70,6 +73,13 @@ bool IsCutShort(const SurveyLight& light, const SunFromShadows& shadows) {
 }
 
 void NoteSun(const std::optional<SunFromShadows>& shadows, SurveyLight& light) {
+  if (light.sun_origin == SunOrigin::kShadows && light.sun_irradiance_rgb == glm::dvec3(0.0)) {
+    light.notes.push_back(
+        "survey map: no sun: surfaces have one albedo where it would shine and in its shade (" +
+        std::to_string(shadows->shaded_pixels) + " pixels in its shade in " +
+        std::to_string(shadows->comparisons) + " comparisons)");
+    return;
+  }
   if (light.sun_origin == SunOrigin::kShadows) {
     light.notes.push_back(
         "survey map: the sun is the one under which surfaces have one albedo in "
@@ -304,6 +314,14 @@ Survey MakeSurvey(const SurveyMap& map,
       light.notes.emplace_back(
           "survey map: the sun's disc holds less than half of what shadows say: clipped");
       light.sun_clipped = true;
+    }
+    if (shadows->irradiance_rgb == glm::dvec3(0.0)) {
+      light.sun_origin = SunOrigin::kShadows;
+      light.sun_irradiance_rgb = glm::dvec3(0.0);
+      light.sun_irradiance_stddev_rgb = shadows->stddev_rgb;
+      light.sun_hidden = false;
+      solved = solve();
+      break;
     }
     // Else the shadows hardly add to the clear sky.
     constexpr double kSharper = 0.7;

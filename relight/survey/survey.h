@@ -46,7 +46,7 @@ struct SurveyMap {
 enum class SunOrigin {
   kNone,      // It was below the horizon.
   kMap,       // The map around the sun's place: the disc, or an overcast sky without one.
-  kShadows,   // Pairs of lit and shaded surfaces.
+  kShadows,   // Pairs of surfaces in its light and its shade; they may say that there was none.
   kClearSky,  // The map's sky and the clear-sky model.
 };
 
@@ -58,7 +58,8 @@ struct SurveyLight {
   SunOrigin sun_origin = SunOrigin::kMap;
   glm::dvec3 sky_irradiance_rgb{0.0};  // Horizontal, unoccluded, without the disc.
   bool sun_clipped = false;            // The disc could not be measured in the map.
-  bool sun_hidden = false;             // A building hides it: it may be behind a cloud, too.
+  // A building hides it, and no shadow says that there was none: clouds may hide it, too.
+  bool sun_hidden = false;
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};

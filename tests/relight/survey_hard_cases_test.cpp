@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
@@ -20,6 +21,9 @@
 
 namespace pleinair::survey_hard_cases_test {
 namespace {
+
+using testing::Contains;
+using testing::StartsWith;
 
 PrepareOptions Coarse() {
   PrepareOptions options = KnownSite::Options();
@@ -314,6 +318,31 @@ TEST(SurveyHardCases, OneSurfaceThatIsPaleInTheShadeDoesNotHideAClippedSun) {
     const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
     EXPECT_LT(std::abs(error), 2.0 * light.sun_irradiance_stddev_rgb[c]) << c;
     EXPECT_LT(light.sun_irradiance_stddev_rgb[c], 0.5 * light.sun_irradiance_rgb[c]) << c;
+  }
+}
+
+// The ground in the house's shadow and the ground around it say whether the sun shone behind it.
+TEST(SurveyHardCases, ASunBehindTheHouseIsFoundFromItsShadowOrIsNone) {
+  KnownSite site = SiteWithPosts();
+  site.sun_direction_enu = glm::normalize(glm::dvec3(0.2, 0.8, 0.5));
+  const PreparedScene clear = Prepare(site.Model(site.Map()));
+  const SurveyLight& sun = clear.survey->light;
+  EXPECT_EQ(sun.sun_origin, SunOrigin::kShadows);
+  EXPECT_TRUE(sun.sun_hidden);
+  const PreparedScene overcast = Prepare(site.Model(site.Map(/*with_sun=*/false)));
+  const SurveyLight& none = overcast.survey->light;
+  EXPECT_EQ(none.sun_origin, SunOrigin::kShadows);
+  EXPECT_FALSE(none.sun_hidden);
+  EXPECT_EQ(none.sun_irradiance_rgb, glm::dvec3(0.0));
+  for (int c = 0; c < 3; ++c) {
+    const double error = sun.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+    EXPECT_LT(std::abs(error), 2.0 * sun.sun_irradiance_stddev_rgb[c]) << c;
+    EXPECT_LT(sun.sun_irradiance_stddev_rgb[c], 0.25 * sun.sun_irradiance_rgb[c]) << c;
+    EXPECT_LT(none.sun_irradiance_stddev_rgb[c], 0.3 * none.sky_irradiance_rgb[c]) << c;
+  }
+  EXPECT_THAT(none.notes, Contains(StartsWith("survey map: no sun:")));
+  for (const std::int32_t region : {0, 1, 2}) {
+    EXPECT_NEAR(AlbedoOver(overcast, clear, region), 1.0, 0.1) << region;
   }
 }
 

@@ -105,7 +105,9 @@ struct KnownSite {
       map.pixels[i] = albedo / std::numbers::pi_v<float> *
                       (sky_irradiance * of_sky[i] + sun * SunResponse(view, i, sun_direction_enu));
     }
-    if (with_sun) AddDisc(map, sun_direction_enu, glm::vec3(sun_irradiance_rgb));
+    const glm::ivec2 at = LatLongPixelFromDirection(sun_direction_enu, kMapSize);
+    const bool is_hidden = view.region.At(at.x, at.y) != SurfaceView::kNoRegion;
+    if (with_sun && !is_hidden) AddDisc(map, sun_direction_enu, glm::vec3(sun_irradiance_rgb));
     return map;
   }
 

@@ -243,11 +243,20 @@ glm::dmat3 Covariance(const SunPrior& prior) {
   return Covariance(glm::dvec3(shared + hue), shared / (shared + hue));
 }
 
-// A comparison's information on the logarithm of the sun, linearised at one value.
+// A comparison's information on the sun or its logarithm, linearised at one value.
 struct Linearised {
   glm::dvec3 difference{0.0};  // LitOverShaded.
   glm::dvec3 slope{0.0};
   glm::dmat3 information{0.0};  // Inverse of the difference's covariance.
+
+  double Distance2() const { return glm::dot(difference, information * difference); }
+  // Of Student's t distribution, as a factor of the information.
+  double Weight() const { return (kStudentDegrees + 3.0) / (kStudentDegrees + Distance2()); }
+  // Its logarithm, but for a constant.
+  double LogDensity() const {
+    return 0.5 * std::log(glm::determinant(information)) -
+           0.5 * (kStudentDegrees + 3.0) * std::log1p(Distance2() / kStudentDegrees);
+  }
 };
 
 Linearised LineariseAt(const SunSearch& search,
@@ -267,6 +276,90 @@ Linearised LineariseAt(const SunSearch& search,
   return at;
 }
 
+// At no sun at all; the slope is that over the sun itself, from there to a `step`.
+Linearised LineariseAtNone(const SunSearch& search,
+                           const Comparison& comparison,
+                           const glm::dvec3& step) {
+  Linearised at;
+  glm::dvec3 variance;
+  for (int c = 0; c < 3; ++c) {
+    at.difference[c] = search.LitOverShaded(comparison, 0.0, c);
+    at.slope[c] = (search.LitOverShaded(comparison, step[c], c) - at.difference[c]) / step[c];
+    variance[c] = search.VarianceOf(comparison, 0.0, c);
+  }
+  at.information = glm::inverse(Covariance(variance, kChannelCorrelation));
+  return at;
+}
+
+// An estimate, and the logarithm of its evidence: of the probability of all comparisons under it.
+struct Explained {
+  glm::dvec3 irradiance_rgb{0.0};
+  glm::dvec3 stddev_rgb{0.0};
+  double log_evidence = 0.0;
+};
+
+// Information that weighted comparisons add, and the pull of their differences.
+void Add(const Linearised& at, glm::dmat3& information, glm::dvec3& pull) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const double each = at.Weight() * at.information[column][row] * at.slope[row];
+      information[column][row] += each * at.slope[column];
+      pull[row] -= each * at.difference[column];
+    }
+  }
+}
+
+Explained ExplainBySun(const SunSearch& search, const SunPrior& prior) {
+  const glm::dmat3 prior_information = glm::inverse(Covariance(prior));
+  const glm::dvec3 prior_log = glm::log(prior.median_rgb);
+  glm::dvec3 log_sun = prior_log;
+  glm::dmat3 information(0.0);
+  double log_density = 0.0;
+  constexpr int kMostSteps = 20;
+  constexpr double kLongestStep = 0.5;
+  constexpr double kSettled = 1e-4;
+  for (int step = 0; step < kMostSteps; ++step) {
+    information = prior_information;
+    const glm::dvec3 from_prior = prior_log - log_sun;
+    glm::dvec3 pull = prior_information * from_prior;
+    log_density = -0.5 * glm::dot(from_prior, pull);
+    for (const Comparison& comparison : search.Comparisons()) {
+      const Linearised at = LineariseAt(search, comparison, log_sun);
+      log_density += at.LogDensity();
+      Add(at, information, pull);
+    }
+    const glm::dvec3 move =
+        glm::clamp(glm::inverse(information) * pull, -kLongestStep, kLongestStep);
+    log_sun += move;
+    if (glm::length(move) < kSettled) break;
+  }
+  const glm::dmat3 covariance = glm::inverse(information);
+  Explained sun;
+  for (int c = 0; c < 3; ++c) {
+    sun.irradiance_rgb[c] = std::exp(log_sun[c]);
+    sun.stddev_rgb[c] = sun.irradiance_rgb[c] * std::sqrt(covariance[c][c]);
+  }
+  sun.log_evidence = log_density + 0.5 * std::log(glm::determinant(prior_information) /
+                                                  glm::determinant(information));
+  return sun;
+}
+
+Explained ExplainByNone(const SunSearch& search, const SunPrior& prior) {
+  constexpr double kSmallPart = 0.02;
+  Explained none;
+  glm::dmat3 information(0.0);
+  glm::dvec3 pull(0.0);
+  for (const Comparison& comparison : search.Comparisons()) {
+    const Linearised at = LineariseAtNone(search, comparison, kSmallPart * prior.median_rgb);
+    none.log_evidence += at.LogDensity();
+    Add(at, information, pull);
+  }
+  for (int c = 0; c < 3; ++c) {
+    none.stddev_rgb[c] = std::min(1.0 / std::sqrt(information[c][c]), prior.median_rgb[c]);
+  }
+  return none;
+}
+
 }  // namespace
 
 std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& input) {
@@ -276,39 +369,14 @@ std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& inpu
   const SunSearch search(input);
   if (search.Comparisons().empty()) return std::nullopt;
 
-  const glm::dmat3 prior_information = glm::inverse(Covariance(input.prior));
-  const glm::dvec3 prior_log = glm::log(median);
-  glm::dvec3 log_sun = prior_log;
-  glm::dmat3 information(0.0);
-  constexpr int kMostSteps = 20;
-  constexpr double kLongestStep = 0.5;
-  constexpr double kSettled = 1e-4;
-  for (int step = 0; step < kMostSteps; ++step) {
-    information = prior_information;
-    glm::dvec3 pull = prior_information * (prior_log - log_sun);
-    for (const Comparison& comparison : search.Comparisons()) {
-      const Linearised at = LineariseAt(search, comparison, log_sun);
-      const double distance2 = glm::dot(at.difference, at.information * at.difference);
-      const double weight = (kStudentDegrees + 3.0) / (kStudentDegrees + distance2);
-      for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column) {
-          const double each = weight * at.information[column][row] * at.slope[row];
-          information[column][row] += each * at.slope[column];
-          pull[row] -= each * at.difference[column];
-        }
-      }
-    }
-    const glm::dvec3 move =
-        glm::clamp(glm::inverse(information) * pull, -kLongestStep, kLongestStep);
-    log_sun += move;
-    if (glm::length(move) < kSettled) break;
+  Explained best = ExplainBySun(search, input.prior);
+  const double chance_of_none = input.prior.chance_of_none;
+  if (chance_of_none > 0.0) {
+    const Explained none = ExplainByNone(search, input.prior);
+    const double log_odds = std::log(chance_of_none / (1.0 - chance_of_none));
+    if (none.log_evidence + log_odds > best.log_evidence) best = none;
   }
-  const glm::dmat3 covariance = glm::inverse(information);
-  SunFromShadows sun;
-  for (int c = 0; c < 3; ++c) {
-    sun.irradiance_rgb[c] = std::exp(log_sun[c]);
-    sun.stddev_rgb[c] = sun.irradiance_rgb[c] * std::sqrt(covariance[c][c]);
-  }
+  SunFromShadows sun{best.irradiance_rgb, best.stddev_rgb};
   sun.comparisons = static_cast<int>(search.Comparisons().size());
   for (const Comparison& comparison : search.Comparisons()) {
     sun.shaded_pixels += static_cast<int>(comparison.shaded->size());

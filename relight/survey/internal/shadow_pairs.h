@@ -20,6 +20,7 @@ struct SunPrior {
   glm::dvec3 median_rgb{0.0};  // > 0.
   double shared_log_stddev = 0.0;
   double hue_log_stddev = 0.0;
+  double chance_of_none = 0.0;  // In [0, 1): probability that there was no sun at all.
 };
 
 struct ShadowPairsInput {
@@ -40,7 +41,7 @@ struct ShadowPairsInput {
 };
 
 struct SunFromShadows {
-  glm::dvec3 irradiance_rgb{0.0};  // Normal to the beam.
+  glm::dvec3 irradiance_rgb{0.0};  // Normal to the beam. 0: there was none.
   glm::dvec3 stddev_rgb{0.0};
   int comparisons = 0;    // Of a lit and a shaded set of pixels.
   int shaded_pixels = 0;  // In them.
@@ -61,7 +62,9 @@ struct SunFromShadows {
 // 5 %, where they face different ways 10 %; most of it common to all channels. The estimate is the
 // maximum of prior and comparisons, found from the prior's median on. Comparisons have Student's t
 // distribution of 4 degrees of freedom: one that contradicts the prior is left out, several that
-// agree overrule it. None where no comparison has enough pixels, or a channel of the sky is black.
+// agree overrule it. Where there may have been no sun, that is the answer if it explains the
+// comparisons better than the best sun does, by the evidence of each (Laplace's approximation).
+// None where no comparison has enough pixels, or a channel of the sky is black.
 std::optional<SunFromShadows> MeasureSunFromShadows(const ShadowPairsInput& input);
 
 }  // namespace pleinair
