@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "estimation/internal/symmetric_algebra.h"
@@ -237,9 +238,10 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
   }
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     return tl::unexpected(LightingFailure{
-        "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
-        "masked, "
-        "or, to fall back on a clear sky, site and environment.image in the sequence"});
+        std::string("no usable sample: expected a surface of the mesh in view that is neither "
+                    "clipped nor masked, or, to fall back on earlier light and weather, ") +
+        (IsKnown(conditions.clear_sky) ? "the frame's exposure"
+                                       : "site and environment.image in the sequence")});
   }
   if (sun_is_up && !expectation.prior.weathers.empty()) {
     Learn(expectation, fit);

@@ -62,6 +62,12 @@ CameraErrors ErrorsOf(const Frame& frame) {
   return errors;
 }
 
+// Clipped or black in all channels, or of a plane that mostly is (ApplySignalNoise).
+bool IsUnknown(const DiffuseSample& sample) {
+  const glm::dvec3& stddev = sample.radiance_stddev_rgb;
+  return std::isinf(stddev.x) && std::isinf(stddev.y) && std::isinf(stddev.z);
+}
+
 LightingFitOptions FitOptionsFor(const OutdoorLightingOptions& options) {
   LightingFitOptions fit = options.fit;
   if (options.sky_shapes.size() == 1) {
@@ -132,9 +138,12 @@ class OutdoorLightingSource final : public LightingSource {
     conditions.camera = ErrorsOf(observation.frame);
     auto estimate = estimator_.Estimate(samples_, conditions);
     if (!estimate) {
-      estimate.error().reason += " (" + std::to_string(set_.Size()) + " footprints drawn, " +
-                                 std::to_string(set_.Size() - static_cast<int>(samples_.size())) +
-                                 " of them unusable in this frame)";
+      const int seen = static_cast<int>(samples_.size());
+      const auto unknown = std::count_if(samples_.begin(), samples_.end(), IsUnknown);
+      estimate.error().reason += " (of " + std::to_string(set_.Size()) + " places " +
+                                 std::to_string(set_.Size() - seen) +
+                                 " are hidden or masked, and " + std::to_string(unknown) +
+                                 " clipped, black or of a plane that mostly is)";
       return estimate;
     }
     estimate->new_sample_set_ms = new_sample_set_ms;

@@ -5,6 +5,7 @@
 #include <thread>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estimation/lighting_prior.h"
@@ -14,9 +15,11 @@
 namespace pleinair::outdoor_lighting_source_hard_cases_test {
 namespace {
 
+using ::testing::HasSubstr;
 using testing::MakeFrame;
 using testing::MakeView;
 using testing::Observe;
+using ::testing::StartsWith;
 using testing::SyntheticPicture;
 
 void ExpectSane(const LightingEstimate& estimate) {
@@ -65,8 +68,15 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   unknown.clear_sky = {};
   const auto failure = MakeOutdoorLightingSource({})->Estimate(unknown);
   ASSERT_FALSE(failure.has_value());
-  EXPECT_NE(failure.error().reason.find("no usable sample"), std::string::npos);
-  EXPECT_NE(failure.error().reason.find("environment.image"), std::string::npos);
+  EXPECT_THAT(failure.error().reason, StartsWith("no usable sample: "));
+  EXPECT_THAT(failure.error().reason, HasSubstr("site and environment.image"));
+
+  // A clear sky in units that the picture's are not known in.
+  LightingObservation relative = Observe(frame, view);
+  frame.units = LightUnits::kRelativePerFrame;
+  const auto no_exposure = MakeOutdoorLightingSource({})->Estimate(relative);
+  ASSERT_FALSE(no_exposure.has_value());
+  EXPECT_THAT(no_exposure.error().reason, HasSubstr("the frame's exposure"));
 }
 
 double SunError(const LightingEstimate& estimate, const SyntheticPicture& picture) {
