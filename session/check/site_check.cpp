@@ -88,7 +88,20 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
          "of it: convert the picture"});
   }
   const std::optional<MapSun> shown = FindMapSun(map);
-  if (!shown || !sequence.site || entry.sun_direction_enu) return warnings;
+  if (!shown) return warnings;
+  if (const std::optional<glm::dvec3>& stated = entry.sun_direction_enu) {
+    const double apart = AngleBetweenRad(shown->direction_enu, *stated);
+    if (apart - shown->uncertain_rad < kSunApartRad) return warnings;
+    warnings.push_back({"the environment map's sun is not where it is stated",
+                        "environment.sun_direction_enu",
+                        fmt::format("the map shows it at {}, stated is {}: {:.1f} deg apart",
+                                    AzimuthAndElevation(shown->direction_enu),
+                                    AzimuthAndElevation(*stated),
+                                    DegFromRad(apart)),
+                        "leave it out, and the map's own is taken, or correct it"});
+    return warnings;
+  }
+  if (!sequence.site) return warnings;
   const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
   const double apart = AngleBetweenRad(shown->direction_enu, computed);
   const double in_north = std::max({kSunApartRad, 2.0 * sequence.north_stddev_rad});
@@ -129,6 +142,70 @@ bool IsOnePlane(const Mesh& mesh) {
   });
 }
 
+// The key that states the sun of a frame.
+std::string KeyOfStatedSun(const Sequence& sequence, std::size_t frame) {
+  if (sequence.frames[frame].sun_direction_enu) {
+    return fmt::format("frames[{}].sun_direction_enu", frame);
+  }
+  return sequence.environment ? "environment.sun_direction_enu" : "sun_direction_enu";
+}
+
+// Checks where the shadows of some frames have the sun, against what states it or place and time.
+class ShownSuns {
+ public:
+  ShownSuns(const Sequence& sequence, const Mesh& mesh)
+      : sequence_(sequence), finder_(mesh, sequence.diffuse_regions) {}
+
+  // `index` is the frame's in the sequence.
+  void Add(const Frame& frame, std::size_t index) {
+    const bool is_stated = frame.sun_direction_enu.has_value();
+    if (!is_stated && !sequence_.site) return;
+    const glm::dvec3 expected = is_stated ? *frame.sun_direction_enu
+                                          : SunOverSite(*sequence_.site, frame.time).direction_enu;
+    if (expected == kNoSunDirectionEnu) return;
+    const ShownSun shown = finder_.ShownBy(frame, expected);
+    if (!(shown.stddev_rad > 0.0)) return;
+    if (!is_stated) suns_.push_back({frame.time, shown.direction_enu, shown.stddev_rad});
+    std::optional<SiteWarning>& warning = is_stated ? stated_ : computed_;
+    const double apart = AngleBetweenRad(shown.direction_enu, expected);
+    const double least_rad =
+        std::max(kSunApartRad, is_stated ? 0.0 : 2.0 * sequence_.north_stddev_rad);
+    if (!shown.contradicts || warning || apart < least_rad) return;
+    warning = SiteWarning{
+        is_stated ? "the sun in the pictures is not where it is stated"
+                  : "the sun in the pictures is not where place and time have it",
+        is_stated ? KeyOfStatedSun(sequence_, index) : "frames[].time_utc, site",
+        fmt::format("the shadows in frame {} show it at {} (sigma {:.1f} deg), {} is {}: {:.1f} "
+                    "deg apart",
+                    index,
+                    AzimuthAndElevation(shown.direction_enu),
+                    DegFromRad(shown.stddev_rad),
+                    is_stated ? "stated" : "computed",
+                    AzimuthAndElevation(expected),
+                    DegFromRad(apart)),
+        is_stated
+            ? "correct it, or the camera's pose; over hours the sun moves: state site and times, "
+              "or each frame's sun_direction_enu"
+            : ""};
+  }
+
+  void Report(SiteWarnings& warnings) {
+    if (computed_) {
+      computed_->remedy = RemedyFor(suns_, sequence_.site);
+      warnings.push_back(*std::move(computed_));
+    }
+    if (stated_) warnings.push_back(*std::move(stated_));
+  }
+
+ private:
+  const Sequence& sequence_;
+  ShadowDirectionFinder finder_;
+  std::vector<SeenSun> suns_;  // Of frames whose sun is computed.
+  // The first contradictions.
+  std::optional<SiteWarning> computed_;
+  std::optional<SiteWarning> stated_;
+};
+
 // Checks edges and shadows in pictures.
 SiteWarnings CheckPictures(const Sequence& sequence,
                            FrameKind kind,
@@ -144,39 +221,15 @@ SiteWarnings CheckPictures(const Sequence& sequence,
   }
   EdgeChecker edges(mesh, caster);
   const bool has_edges = !IsOnePlane(mesh);
-  ShadowDirectionFinder finder(mesh, sequence.diffuse_regions);
-  std::vector<SeenSun> suns;
-  std::string contradiction;
+  ShownSuns suns(sequence, mesh);
   const auto source = MakeRecordedFrameSource(looked_at, kind);
   while (const auto next = source->Next()) {
     if (!*next) continue;
     const Frame& frame = **next;
     if (has_edges) edges.Add(frame.radiance, frame.camera);
-    if (frame.sun_direction_enu || !sequence.site) continue;
-    const glm::dvec3 stated = SunOverSite(*sequence.site, frame.time).direction_enu;
-    const ShownSun shown = finder.ShownBy(frame, stated);
-    if (!(shown.stddev_rad > 0.0)) continue;
-    suns.push_back({frame.time, shown.direction_enu, shown.stddev_rad});
-    const double apart = AngleBetweenRad(shown.direction_enu, stated);
-    if (!shown.contradicts || !contradiction.empty() ||
-        apart < std::max(kSunApartRad, 2.0 * sequence.north_stddev_rad)) {
-      continue;
-    }
-    contradiction = fmt::format(
-        "the shadows in frame {} show it at {} (sigma {:.1f} deg), computed is {}: {:.1f} deg "
-        "apart",
-        static_cast<std::size_t>(frame.index) * stride,
-        AzimuthAndElevation(shown.direction_enu),
-        DegFromRad(shown.stddev_rad),
-        AzimuthAndElevation(stated),
-        DegFromRad(apart));
+    suns.Add(frame, static_cast<std::size_t>(frame.index) * stride);
   }
-  if (!contradiction.empty()) {
-    warnings.push_back({"the sun in the pictures is not where place and time have it",
-                        "frames[].time_utc, site",
-                        contradiction,
-                        RemedyFor(suns, sequence.site)});
-  }
+  suns.Report(warnings);
   const EdgeFit fit = edges.Result();
   if (fit.IsShifted()) {
     warnings.push_back(

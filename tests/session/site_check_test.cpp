@@ -276,6 +276,41 @@ TEST_F(CourtyardCopy, FindsAModelThatIsTurned) {
               Contains(SaysAndAdvises("sun in the pictures", "true azimuth")));
 }
 
+// The sun's true place, or one turned about the vertical.
+json StatedSun(const json& site, const json& time, double turned_deg) {
+  const Site at{.latitude_rad = RadFromDeg(site["latitude_deg"].get<double>()),
+                .longitude_rad = RadFromDeg(site["longitude_deg"].get<double>()),
+                .height_m = site["height_m"].get<double>()};
+  const glm::dvec3 sun = SunOverSite(at, ParseUtcTime(time.get<std::string>())).direction_enu;
+  const double turned_rad = RadFromDeg(turned_deg);
+  return {std::cos(turned_rad) * sun.x - std::sin(turned_rad) * sun.y,
+          std::sin(turned_rad) * sun.x + std::cos(turned_rad) * sun.y,
+          sun.z};
+}
+
+TEST_F(CourtyardCopy, FindsASunThatIsStatedWrongly) {
+  for (const double turned_deg : {0.0, 15.0}) {
+    for (json& frame : document_["frames"]) {
+      frame["sun_direction_enu"] = StatedSun(document_["site"], frame["time_utc"], turned_deg);
+    }
+    json& map = document_["environment"];
+    map["sun_direction_enu"] = StatedSun(document_["site"], map["time_utc"], turned_deg);
+    const SiteWarnings warnings = Check();
+    if (turned_deg == 0.0) {
+      EXPECT_THAT(warnings, IsEmpty());
+      continue;
+    }
+    EXPECT_THAT(warnings,
+                Contains(AllOf(SaysAndAdvises("sun in the pictures is not where it is stated",
+                                              "camera's pose"),
+                               Field(&SiteWarning::where, "frames[0].sun_direction_enu"))));
+    EXPECT_THAT(
+        warnings,
+        Contains(AllOf(SaysAndAdvises("map's sun is not where it is stated", "leave it out"),
+                       Field(&SiteWarning::where, "environment.sun_direction_enu"))));
+  }
+}
+
 TEST_F(CourtyardCopy, FindsAPoseThatIsThreeDegreesOff) {
   ChangePose([](const glm::dmat4& pose) {
     return glm::rotate(glm::dmat4(1.0), RadFromDeg(3.0), kCameraDown) * pose;
