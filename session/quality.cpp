@@ -47,7 +47,7 @@ const std::vector<QualitySetting>& QualitySettings() {
        "256",
        "1024"},
       {"pipeline.soft_sun.disc_samples", {"4", "8", "32", "128"}, "32", "32", "128"},
-      {"compositor.object_samples_per_side", {"2", "4", "8"}, "2", "4", "8"},
+      {"compositor.object_samples_per_side", {"2", "4", "8"}, "2", "4", "4"},
       {"pipeline.effects.threshold_code_values", {"4", "1", "0"}, "4", "1", "1"}};
   return kSettings;
 }
