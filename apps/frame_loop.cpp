@@ -105,7 +105,12 @@ auto InTheBackground(const Work& work) {
 // Defects that composites could not be made from unchanged, over a run's frames.
 class FrameLoop::PictureDefects {
  public:
+  explicit PictureDefects(bool is_measured_in_pictures)
+      : is_measured_in_pictures_(is_measured_in_pictures) {}
   void Add(const Frame& frame, const FrameResult& result) {
+    if (is_measured_in_pictures_ && result.estimate.samples_used == 0) {
+      if (frames_without_samples_++ == 0) first_without_samples_ = frame.index;
+    }
     not_finite_.Add(frame.defects.not_finite);
     clamped_.Add(result.clamped_pixels);
     frames_without_colour_ += result.drawn_lighting ? 1 : 0;
@@ -113,6 +118,17 @@ class FrameLoop::PictureDefects {
   void Report(std::vector<std::string>& notes) const {
     NotePixels(not_finite_, "not finite: not used for the estimate, and written unchanged", notes);
     NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), notes);
+    if (frames_without_samples_ > 0) {
+      const std::string which = frames_without_samples_ == 1
+                                    ? fmt::format("frame {} shows", first_without_samples_)
+                                    : fmt::format("{} frames, the first is {}, show",
+                                                  frames_without_samples_,
+                                                  first_without_samples_);
+      Note(which +
+               " no surface on which light can be measured: it follows from earlier frames, "
+               "survey and weather",
+           notes);
+    }
     if (frames_without_colour_ == 0) return;
     Note(
         fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "
@@ -141,12 +157,17 @@ class FrameLoop::PictureDefects {
     Note(fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what), notes);
   }
 
+  bool is_measured_in_pictures_;
+  int frames_without_samples_ = 0;
+  int first_without_samples_ = 0;
   Count not_finite_;
   Count clamped_;
   int frames_without_colour_ = 0;
 };
 
 struct FrameLoop::Checks {
+  explicit Checks(bool is_measured_in_pictures) : defects(is_measured_in_pictures) {}
+
   std::optional<ShadowDirectionFinder> shadows;
   std::optional<SunCheck> sun;
   PictureDefects defects;
@@ -165,14 +186,15 @@ struct FrameLoop::Checks {
 };
 
 FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, bool is_live)
-    : options_(options), run_(run), is_live_(is_live), checks_(std::make_unique<Checks>()) {
+    : options_(options), run_(run), is_live_(is_live) {
   const LoadedSequence& loaded = run.Loaded();
   const SiteModel& model = loaded.site.model;
-  if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
   // A fish-eye camera sees the sun itself, and --lighting states the light.
-  if (options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor) {
-    checks_->sun.emplace(model.mesh, model.diffuse_regions);
-  }
+  const bool is_measured_in_pictures =
+      options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor;
+  checks_ = std::make_unique<Checks>(is_measured_in_pictures);
+  if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
+  if (is_measured_in_pictures) checks_->sun.emplace(model.mesh, model.diffuse_regions);
   TakeNotes();
   if (const std::string note = run.DaylightNote(); !note.empty()) {
     notes_.push_back(note);

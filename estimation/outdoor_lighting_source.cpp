@@ -98,7 +98,7 @@ class OutdoorLightingSource final : public LightingSource {
   }
 
   std::optional<std::vector<PixelRect>> PixelsLookedAt(const Camera& camera) const override {
-    if (!drawn_ || camera.intrinsics != camera_.intrinsics) return std::nullopt;
+    if (!IsWorthFollowing() || camera.intrinsics != camera_.intrinsics) return std::nullopt;
     std::vector<PixelRect> pixels = set_.PixelsFollowed(camera);
     if (static_cast<double>(pixels.size()) < kLeastShareInView * drawn_size_) return std::nullopt;
     return pixels;
@@ -106,6 +106,7 @@ class OutdoorLightingSource final : public LightingSource {
 
   bool IsServedBy(const LightingObservation& observation) const override {
     if (!SetFits(observation.view) && !CanFollow(observation.view)) return false;
+    if (!IsWorthFollowing()) return false;
     SampleSet followed = set_;
     return FollowIn(observation, followed) >= kLeastShareOfKeptSet * drawn_size_;
   }
@@ -163,7 +164,8 @@ class OutdoorLightingSource final : public LightingSource {
   TextureWatch texture_watch_;
   // The key of the set.
   bool drawn_ = false;
-  int drawn_size_ = 0;  // Size of the set when it was last filled.
+  int drawn_size_ = 0;       // Size of the set when it was last filled.
+  double usual_size_ = 0.0;  // Of the last sets; the largest is forgotten over some.
   StateId geometry_id_;
   StateId sky_id_;
   StateId sun_id_;
@@ -173,6 +175,15 @@ class OutdoorLightingSource final : public LightingSource {
     return drawn_ && !set_.IsShortOfUsablePixels() && view.geometry_id.IsSet() &&
            view.geometry_id == geometry_id_ && view.sky_id == sky_id_ && view.sun_id == sun_id_ &&
            view.camera == camera_;
+  }
+
+  // A set of a view that showed hardly any surface is not enough for the next one, though all of it
+  // may be found there again.
+  bool IsWorthFollowing() const {
+    constexpr double kLeastShareOfUsual = 0.5;
+    constexpr double kLeastShareOfWanted = 0.1;
+    return drawn_ && drawn_size_ >= std::max(kLeastShareOfUsual * usual_size_,
+                                             kLeastShareOfWanted * options_.samples);
   }
 
   // Whether the set's surfaces may be in the view: its camera has moved, or more of it was made.
@@ -199,12 +210,15 @@ class OutdoorLightingSource final : public LightingSource {
     const Frame& frame = observation.frame;
     const glm::dvec3& sun = observation.sun.direction_enu;
     if (CanFollow(observation.view)) {
-      if (FollowIn(observation, set_) >= kLeastShareOfKeptSet * drawn_size_) return;
+      const int kept = FollowIn(observation, set_);
+      if (IsWorthFollowing() && kept >= kLeastShareOfKeptSet * drawn_size_) return;
       set_.Refill(observation.view, sun, frame.radiance, frame.unusable, Selection());
     } else {
       set_.Draw(observation.view, sun, frame.radiance, frame.unusable, Selection());
     }
     drawn_size_ = set_.Size();
+    constexpr double kRemembered = 0.8;
+    usual_size_ = std::max<double>(drawn_size_, kRemembered * usual_size_);
   }
 
   // Returns the time spent on drawing, in ms.

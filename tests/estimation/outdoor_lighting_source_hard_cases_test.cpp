@@ -79,6 +79,29 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   EXPECT_THAT(no_exposure.error().reason, HasSubstr("the frame's exposure"));
 }
 
+// A moving camera looks at the sky for one frame.
+TEST(OutdoorLightingSourceHardCases, AFrameWithoutSurfacesDoesNotEndTheMeasuring) {
+  SyntheticPicture picture;
+  const auto source = MakeOutdoorLightingSource({});
+  const auto look = [&](double east_m, bool at_sky) {
+    SurfaceView view = MakeView(picture);
+    view.camera.camera_from_world[3][0] = -east_m;
+    if (at_sky) {
+      std::fill(view.region.pixels.begin(), view.region.pixels.end(), SurfaceView::kNoRegion);
+      std::fill(view.may_be_sampled.pixels.begin(), view.may_be_sampled.pixels.end(), 0);
+    }
+    const Frame frame = MakeFrame(picture, view);
+    EXPECT_EQ(source->PixelsLookedAt(view.camera), std::nullopt);
+    return source->Estimate(Observe(frame, view));
+  };
+  ASSERT_GT(look(0.0, false)->samples_used, 400);
+  EXPECT_EQ(look(0.1, true)->samples_used, 0);
+  picture.sun *= 0.1;
+  const auto after = look(0.2, false);
+  EXPECT_GT(after->samples_used, 400);
+  EXPECT_LT(after->lighting.sun.irradiance_rgb.y, 0.2 * SyntheticPicture().sun.y);
+}
+
 double SunError(const LightingEstimate& estimate, const SyntheticPicture& picture) {
   return std::abs(estimate.lighting.sun.irradiance_rgb.y / picture.sun.y - 1.0);
 }
@@ -285,6 +308,7 @@ TEST(OutdoorLightingSourceHardCases, ThreadsDoNotChangeABit) {
   const auto reference = MakeOutdoorLightingSource({})->Estimate(Observe(frame, view)).value();
   std::vector<std::vector<double>> covariances(8);
   std::vector<std::thread> threads;
+  threads.reserve(covariances.size());
   for (std::vector<double>& covariance : covariances) {
     threads.emplace_back([&] {
       covariance =
