@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include <glm/matrix.hpp>
 
 #include "calib/lens.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
@@ -273,6 +275,73 @@ SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCast
                         "forward (OpenCV); world +X east, +Y north, +Z up, metres",
                         true});
   }
+  return warnings;
+}
+
+SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
+  SiteWarnings warnings;
+  // The first frame's pose is CheckAxes's.
+  std::optional<std::size_t> first;
+  int frames = 0;
+  for (std::size_t i = 1; i < sequence.frames.size(); ++i) {
+    if (!sequence.frames[i].camera_from_world) continue;
+    constexpr double kNearlyNothing = 0.01;
+    if (!(ShareSeen(sequence.CameraOfFrame(i), caster) < kNearlyNothing)) continue;
+    if (!first) first = i;
+    ++frames;
+  }
+  if (first) {
+    const glm::dvec3 at_m = sequence.CameraOfFrame(*first).CentreWorldM();
+    warnings.push_back(
+        {fmt::format("{} of the frames' poses do not look at the mesh", frames),
+         fmt::format("frames[{}].camera_from_world", *first),
+         fmt::format("from ({:.1f}, {:.1f}, {:.1f}) m the camera sees nothing of it: no light is "
+                     "measured there",
+                     at_m.x,
+                     at_m.y,
+                     at_m.z),
+         "correct the poses, or leave these frames out"});
+  }
+  if (!sequence.environment) return warnings;
+  const glm::dvec3& map_m = sequence.environment->position_m;
+  constexpr int kDirections = 4096;
+  constexpr double kSteep = 0.7;  // Sine of the elevation.
+  int seen = 0;
+  int sky = 0;
+  int steep = 0;  // Upwards, and as many downwards.
+  int steep_above = 0;
+  int steep_below = 0;
+  for (int i = 0; i < kDirections; ++i) {
+    const glm::dvec2 point = FibonacciPoint(i, kDirections, glm::dvec2(0.0));
+    const double z = 1.0 - 2.0 * point.x;
+    const double turn = 2.0 * std::numbers::pi * point.y;
+    const double across = std::sqrt(std::max(0.0, 1.0 - z * z));
+    const glm::vec3 direction(across * std::cos(turn), across * std::sin(turn), z);
+    const bool is_mesh = caster.Occluded(glm::vec3(map_m), direction);
+    seen += is_mesh ? 1 : 0;
+    sky += !is_mesh && z > 0.0 ? 1 : 0;
+    steep += z > kSteep ? 1 : 0;
+    steep_above += is_mesh && z > kSteep ? 1 : 0;
+    steep_below += is_mesh && z < -kSteep ? 1 : 0;
+  }
+  constexpr double kLeastSeenAround = 0.01;
+  constexpr double kMost = 0.9;
+  const bool is_far = seen < kLeastSeenAround * kDirections;
+  // All above and nothing below: the ground from beneath.
+  const bool is_below = steep_above > kMost * steep && steep_below < (1.0 - kMost) * steep;
+  if (!is_far && !is_below && sky > 0) return warnings;
+  warnings.push_back(
+      {is_far ? "the environment map was taken where hardly anything of the mesh is seen"
+              : "the environment map was taken below the ground, or within a wall",
+       "environment.position_m",
+       fmt::format("around ({:.1f}, {:.1f}, {:.1f}) m the mesh is in {:.1f} % of all directions, "
+                   "and the sky in {:.1f} % of those above the horizon",
+                   map_m.x,
+                   map_m.y,
+                   map_m.z,
+                   100.0 * seen / kDirections,
+                   200.0 * sky / kDirections),
+       "state where the panorama's camera stood, in the mesh's metres"});
   return warnings;
 }
 

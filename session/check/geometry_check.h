@@ -24,4 +24,8 @@ SiteWarnings CheckUnits(const Sequence& sequence,
 // Checks that the ground is below and the sky above, for the mesh and for the camera.
 SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster);
 
+// Checks that the later frames' cameras and the survey map are where the mesh can be seen, and that
+// the map is under the sky.
+SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster);
+
 }  // namespace pleinair

@@ -273,6 +273,7 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   const RayCaster caster(mesh);
   SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects, site.motions);
   Append(CheckAxes(sequence, mesh, caster), warnings);
+  Append(CheckPlaces(sequence, caster), warnings);
   if (sequence.environment) Append(CheckMap(sequence, mesh, caster), warnings);
   if (sequence.HasPictures()) {
     Append(CheckFrameTimes(sequence), warnings);

@@ -219,6 +219,28 @@ TEST_F(CourtyardCopy, FindsAPoseInOpenGlsAxes) {
       Contains(AllOf(Says("camera's pose"), Field(&SiteWarning::evidence, HasSubstr("OpenGL")))));
 }
 
+TEST_F(CourtyardCopy, FindsAMapFromBelowTheGroundOrFarAway) {
+  json& place_m = document_["environment"]["position_m"];
+  const json good = place_m;
+  place_m[2] = -3.0;
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("map was taken below the ground", "camera stood")));
+  place_m = good;
+  place_m[1] = 2000.0;
+  EXPECT_THAT(Check(), Contains(SaysAndAdvises("hardly anything of the mesh", "camera stood")));
+}
+
+TEST_F(CourtyardCopy, FindsAFrameThatDoesNotLookAtTheMesh) {
+  json& frames = document_["frames"];
+  for (json& frame : frames) {
+    frame["camera_from_world"] = document_["camera"]["camera_from_world"];
+  }
+  EXPECT_THAT(Check(), IsEmpty());
+  frames[1]["camera_from_world"][2][3] = -5000.0;
+  EXPECT_THAT(Check(),
+              Contains(AllOf(SaysAndAdvises("1 of the frames' poses", "leave these frames out"),
+                             Field(&SiteWarning::where, "frames[1].camera_from_world"))));
+}
+
 TEST_F(CourtyardCopy, FindsAMapThatIsUpsideDown) {
   ChangeMap([](glm::ivec2 at, glm::ivec2 last) { return glm::ivec2(at.x, last.y - at.y); });
   EXPECT_THAT(Check(), Contains(Says("upside down (its rows")));
