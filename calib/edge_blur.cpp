@@ -216,21 +216,6 @@ std::optional<double> MiddleOfStep(Profile& profile) {
   return middle;
 }
 
-// Whether both sides of a step of 0 to 1 swing out beyond it close to its middle, as sharpening in
-// the camera makes them: no blurred step does.
-bool IsSharpened(const Profile& profile, double middle) {
-  constexpr double kSwing = 0.05;
-  constexpr double kClosePx = 3.5;
-  double lowest = 0.0;
-  double highest = 1.0;
-  for (int i = 0; i < kCount; ++i) {
-    if (std::abs(i - middle) > kClosePx) continue;
-    lowest = std::min(lowest, profile[static_cast<std::size_t>(i)]);
-    highest = std::max(highest, profile[static_cast<std::size_t>(i)]);
-  }
-  return lowest < -kSwing && highest > 1.0 + kSwing;
-}
-
 std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   const std::optional<double> middle = MiddleOfStep(profile);
   if (!middle) return std::nullopt;
@@ -242,10 +227,7 @@ std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   const auto best = std::min_element(errors.of_sigma.begin(), errors.of_sigma.end());
   errors.least = *best;
   constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
-  // No step fits one that is sharper than all: its evidence is for none of the widths but the
-  // least.
-  const bool fits = errors.least <= kGoodFit * kGoodFit * kCount ||
-                    (best == errors.of_sigma.begin() && IsSharpened(profile, *middle));
+  const bool fits = errors.least <= kGoodFit * kGoodFit * kCount;
   if (!fits || best + 1 == errors.of_sigma.end()) return std::nullopt;
   return errors;
 }
