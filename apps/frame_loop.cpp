@@ -102,7 +102,8 @@ auto InTheBackground(const Work& work) {
 
 }  // namespace
 
-// Defects that composites could not be made from unchanged, over a run's frames.
+// What was wrong with a run's frames: defects that composites could not be made from unchanged, and
+// frames that show nothing to measure light on.
 class FrameLoop::PictureDefects {
  public:
   explicit PictureDefects(bool is_measured_in_pictures)
@@ -119,15 +120,12 @@ class FrameLoop::PictureDefects {
     NotePixels(not_finite_, "not finite: not used for the estimate, and written unchanged", notes);
     NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), notes);
     if (frames_without_samples_ > 0) {
-      const std::string which = frames_without_samples_ == 1
-                                    ? fmt::format("frame {} shows", first_without_samples_)
-                                    : fmt::format("{} frames, the first is {}, show",
-                                                  frames_without_samples_,
-                                                  first_without_samples_);
-      Note(which +
-               " no surface on which light can be measured: it follows from earlier frames, "
-               "survey and weather",
-           notes);
+      Note(
+          fmt::format("the light of {} frames (first: {}) could not be measured: no usable surface "
+                      "is in view; earlier frames, survey and weather give it",
+                      frames_without_samples_,
+                      first_without_samples_),
+          notes);
     }
     if (frames_without_colour_ == 0) return;
     Note(

@@ -237,11 +237,16 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     WidenHeldSky(fit);
   }
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
-    return tl::unexpected(LightingFailure{
-        std::string("no usable sample: expected a surface of the mesh in view that is neither "
-                    "clipped nor masked, or, to fall back on earlier light and weather, ") +
-        (IsKnown(conditions.clear_sky) ? "the frame's exposure"
-                                       : "site and environment.image in the sequence")});
+    std::string reason =
+        "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
+        "masked";
+    // By deep night, or without a sun, neither would help.
+    if (IsKnown(conditions.clear_sky)) {
+      reason += ", or, to fall back on earlier light and weather, ";
+      reason += conditions.clear_sky.absolute ? "the frame's exposure"
+                                              : "environment.image in the sequence";
+    }
+    return tl::unexpected(LightingFailure{std::move(reason)});
   }
   if (sun_is_up && !expectation.prior.weathers.empty()) {
     Learn(expectation, fit);

@@ -141,6 +141,10 @@ class OutdoorLightingSource final : public LightingSource {
     if (!estimate) {
       const int seen = static_cast<int>(samples_.size());
       const auto unknown = std::count_if(samples_.begin(), samples_.end(), IsUnknown);
+      if (set_.Size() == 0) {
+        estimate.error().reason += " (no place in view can be sampled)";
+        return estimate;
+      }
       estimate.error().reason += " (of " + std::to_string(set_.Size()) + " places " +
                                  std::to_string(set_.Size() - seen) +
                                  " are hidden or masked, and " + std::to_string(unknown) +
@@ -166,6 +170,7 @@ class OutdoorLightingSource final : public LightingSource {
   bool drawn_ = false;
   int drawn_size_ = 0;       // Size of the set when it was last filled.
   double usual_size_ = 0.0;  // Of the last sets; the largest is forgotten over some.
+  bool may_grow_ = true;     // Whether another view may show many more surfaces than the set has.
   StateId geometry_id_;
   StateId sky_id_;
   StateId sun_id_;
@@ -182,8 +187,8 @@ class OutdoorLightingSource final : public LightingSource {
   bool IsWorthFollowing() const {
     constexpr double kLeastShareOfUsual = 0.5;
     constexpr double kLeastShareOfWanted = 0.1;
-    return drawn_ && drawn_size_ >= std::max(kLeastShareOfUsual * usual_size_,
-                                             kLeastShareOfWanted * options_.samples);
+    if (!drawn_ || drawn_size_ == 0 || drawn_size_ < kLeastShareOfUsual * usual_size_) return false;
+    return drawn_size_ >= kLeastShareOfWanted * options_.samples || !may_grow_;
   }
 
   // Whether the set's surfaces may be in the view: its camera has moved, or more of it was made.
@@ -213,8 +218,11 @@ class OutdoorLightingSource final : public LightingSource {
       const int kept = FollowIn(observation, set_);
       if (IsWorthFollowing() && kept >= kLeastShareOfKeptSet * drawn_size_) return;
       set_.Refill(observation.view, sun, frame.radiance, frame.unusable, Selection());
+      constexpr double kGrown = 1.25;
+      may_grow_ = set_.Size() > kGrown * kept;
     } else {
       set_.Draw(observation.view, sun, frame.radiance, frame.unusable, Selection());
+      may_grow_ = true;
     }
     drawn_size_ = set_.Size();
     constexpr double kRemembered = 0.8;

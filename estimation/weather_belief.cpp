@@ -136,6 +136,12 @@ WeatherBelief BeliefFromSurvey(const SurveyedLight& survey) {
       const double relative = Square(common) + (a == b ? Square(kSurveyHueStddev) : 0.0);
       measured.covariance(a, b) = relative * measured.mean[a] * measured.mean[b];
     }
+    // The error of a sun of 0 is no factor.
+    if (a < 3 && !(sun > 0.0)) {
+      for (int b = 0; b < 3; ++b) {
+        measured.covariance(a, b) += survey.sun_stddev_rgb[a] * survey.sun_stddev_rgb[b];
+      }
+    }
     // A sun that was not there is known to a part of the sky.
     if (a < 3) measured.covariance(a, a) += Square(kSurveyHueStddev * survey.sky_rgb[a]);
   }

@@ -293,6 +293,7 @@ Survey MakeSurvey(const SurveyMap& map,
   constexpr double kPartOfTheWay = 0.65;
   constexpr double kSettled = 5e-3;
   const SunPrior prior = PriorOf(survey.light, map);
+  const bool is_hidden = survey.light.sun_hidden;
   std::optional<SunFromShadows> shadows;
   for (int turn = 0; turn < kMostTurns && survey.light.sun_origin != SunOrigin::kNone; ++turn) {
     shadows = MeasureSunFromShadows({.radiance = map.radiance,
@@ -316,13 +317,17 @@ Survey MakeSurvey(const SurveyMap& map,
       light.sun_clipped = true;
     }
     if (shadows->irradiance_rgb == glm::dvec3(0.0)) {
+      // Once more, with the bounces that there are without a sun.
+      const bool is_settled = light.sun_irradiance_rgb == glm::dvec3(0.0);
       light.sun_origin = SunOrigin::kShadows;
       light.sun_irradiance_rgb = glm::dvec3(0.0);
       light.sun_irradiance_stddev_rgb = shadows->stddev_rgb;
       light.sun_hidden = false;
+      if (is_settled) break;
       solved = solve();
-      break;
+      continue;
     }
+    light.sun_hidden = is_hidden;
     // Else the shadows hardly add to the clear sky.
     constexpr double kSharper = 0.7;
     const double relative = MeanOf(shadows->stddev_rgb) / MeanOf(shadows->irradiance_rgb);

@@ -46,7 +46,7 @@ struct SurveyMap {
 enum class SunOrigin {
   kNone,      // It was below the horizon.
   kMap,       // The map around the sun's place: the disc, or an overcast sky without one.
-  kShadows,   // Pairs of surfaces in its light and its shade; they may say that there was none.
+  kShadows,   // Pairs of surfaces in its light and its shade; the result may be no sun.
   kClearSky,  // The map's sky and the clear-sky model.
 };
 

@@ -293,10 +293,10 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
   if (first) {
     const glm::dvec3 at_m = sequence.CameraOfFrame(*first).CentreWorldM();
     warnings.push_back(
-        {fmt::format("{} of the frames' poses do not look at the mesh", frames),
+        {fmt::format("{} frames do not show the mesh", frames),
          fmt::format("frames[{}].camera_from_world", *first),
-         fmt::format("from ({:.1f}, {:.1f}, {:.1f}) m the camera sees nothing of it: no light is "
-                     "measured there",
+         fmt::format("from ({:.1f}, {:.1f}, {:.1f}) m the camera sees it in less than 1 % of the "
+                     "picture: hardly any light is measured there",
                      at_m.x,
                      at_m.y,
                      at_m.z),
@@ -307,7 +307,6 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
   constexpr int kDirections = 4096;
   constexpr double kSteep = 0.7;  // Sine of the elevation.
   int seen = 0;
-  int sky = 0;
   int steep = 0;  // Upwards, and as many downwards.
   int steep_above = 0;
   int steep_below = 0;
@@ -319,28 +318,29 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
     const glm::vec3 direction(across * std::cos(turn), across * std::sin(turn), z);
     const bool is_mesh = caster.Occluded(glm::vec3(map_m), direction);
     seen += is_mesh ? 1 : 0;
-    sky += !is_mesh && z > 0.0 ? 1 : 0;
     steep += z > kSteep ? 1 : 0;
     steep_above += is_mesh && z > kSteep ? 1 : 0;
     steep_below += is_mesh && z < -kSteep ? 1 : 0;
   }
-  constexpr double kLeastSeenAround = 0.01;
+  constexpr double kLeastSeenAround = 0.001;
   constexpr double kMost = 0.9;
   const bool is_far = seen < kLeastSeenAround * kDirections;
   // All above and nothing below: the ground from beneath.
   const bool is_below = steep_above > kMost * steep && steep_below < (1.0 - kMost) * steep;
-  if (!is_far && !is_below && sky > 0) return warnings;
+  if (!is_far && !is_below) return warnings;
   warnings.push_back(
       {is_far ? "the environment map was taken where hardly anything of the mesh is seen"
-              : "the environment map was taken below the ground, or within a wall",
+              : "the environment map was taken below the ground",
        "environment.position_m",
-       fmt::format("around ({:.1f}, {:.1f}, {:.1f}) m the mesh is in {:.1f} % of all directions, "
-                   "and the sky in {:.1f} % of those above the horizon",
-                   map_m.x,
-                   map_m.y,
-                   map_m.z,
-                   100.0 * seen / kDirections,
-                   200.0 * sky / kDirections),
+       fmt::format(
+           "around ({:.1f}, {:.1f}, {:.1f}) m the mesh is in {:.1f} % of all directions, in "
+           "{:.0f} % of those steeply up, and in {:.0f} % of those steeply down",
+           map_m.x,
+           map_m.y,
+           map_m.z,
+           100.0 * seen / kDirections,
+           100.0 * steep_above / steep,
+           100.0 * steep_below / steep),
        "state where the panorama's camera stood, in the mesh's metres"});
   return warnings;
 }

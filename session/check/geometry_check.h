@@ -1,4 +1,5 @@
-// Checks whether mesh, camera and objects of a site are in metres, east, north and up.
+// Checks whether mesh, camera and objects of a site are in metres, east, north and up, and whether
+// cameras and survey map are at places from where the mesh is seen.
 #pragma once
 
 #include <span>
@@ -25,7 +26,7 @@ SiteWarnings CheckUnits(const Sequence& sequence,
 SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster);
 
 // Checks that the later frames' cameras and the survey map are where the mesh can be seen, and that
-// the map is under the sky.
+// the map is not below the ground.
 SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster);
 
 }  // namespace pleinair

@@ -98,7 +98,7 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
                                     AzimuthAndElevation(shown->direction_enu),
                                     AzimuthAndElevation(*stated),
                                     DegFromRad(apart)),
-                        "leave it out, and the map's own is taken, or correct it"});
+                        "correct it, or the map's orientation"});
     return warnings;
   }
   if (!sequence.site) return warnings;
@@ -147,7 +147,7 @@ std::string KeyOfStatedSun(const Sequence& sequence, std::size_t frame) {
   if (sequence.frames[frame].sun_direction_enu) {
     return fmt::format("frames[{}].sun_direction_enu", frame);
   }
-  return sequence.environment ? "environment.sun_direction_enu" : "sun_direction_enu";
+  return "environment.sun_direction_enu";
 }
 
 // Checks where the shadows of some frames have the sun, against what states it or place and time.
@@ -172,7 +172,7 @@ class ShownSuns {
         std::max(kSunApartRad, is_stated ? 0.0 : 2.0 * sequence_.north_stddev_rad);
     if (!shown.contradicts || warning || apart < least_rad) return;
     warning = SiteWarning{
-        is_stated ? "the sun in the pictures is not where it is stated"
+        is_stated ? "the sun in the pictures is not where it is stated, or the map shows it"
                   : "the sun in the pictures is not where place and time have it",
         is_stated ? KeyOfStatedSun(sequence_, index) : "frames[].time_utc, site",
         fmt::format("the shadows in frame {} show it at {} (sigma {:.1f} deg), {} is {}: {:.1f} "
@@ -180,7 +180,7 @@ class ShownSuns {
                     index,
                     AzimuthAndElevation(shown.direction_enu),
                     DegFromRad(shown.stddev_rad),
-                    is_stated ? "stated" : "computed",
+                    is_stated ? "expected" : "computed",
                     AzimuthAndElevation(expected),
                     DegFromRad(apart)),
         is_stated
@@ -273,7 +273,9 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   const RayCaster caster(mesh);
   SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects, site.motions);
   Append(CheckAxes(sequence, mesh, caster), warnings);
-  Append(CheckPlaces(sequence, caster), warnings);
+  // With another unit or other axes nothing is where it is looked for.
+  const bool is_unusable = std::ranges::any_of(warnings, &SiteWarning::spoils_forecast);
+  if (!is_unusable) Append(CheckPlaces(sequence, caster), warnings);
   if (sequence.environment) Append(CheckMap(sequence, mesh, caster), warnings);
   if (sequence.HasPictures()) {
     Append(CheckFrameTimes(sequence), warnings);

@@ -18,6 +18,7 @@ namespace {
 using ::testing::HasSubstr;
 using testing::MakeFrame;
 using testing::MakeView;
+using ::testing::Not;
 using testing::Observe;
 using ::testing::StartsWith;
 using testing::SyntheticPicture;
@@ -65,11 +66,11 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   EXPECT_LT(850.0 - estimate->lighting.sun.irradiance_rgb.x, 2.0 * sigma);
 
   LightingObservation unknown = Observe(frame, view);
-  unknown.clear_sky = {};
+  unknown.clear_sky.absolute = false;
   const auto failure = MakeOutdoorLightingSource({})->Estimate(unknown);
   ASSERT_FALSE(failure.has_value());
   EXPECT_THAT(failure.error().reason, StartsWith("no usable sample: "));
-  EXPECT_THAT(failure.error().reason, HasSubstr("site and environment.image"));
+  EXPECT_THAT(failure.error().reason, HasSubstr("environment.image"));
 
   // A clear sky in units that the picture's are not known in.
   LightingObservation relative = Observe(frame, view);
@@ -77,6 +78,12 @@ TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReas
   const auto no_exposure = MakeOutdoorLightingSource({})->Estimate(relative);
   ASSERT_FALSE(no_exposure.has_value());
   EXPECT_THAT(no_exposure.error().reason, HasSubstr("the frame's exposure"));
+
+  LightingObservation night = relative;
+  night.clear_sky = {};
+  const auto dark = MakeOutdoorLightingSource({})->Estimate(night);
+  ASSERT_FALSE(dark.has_value());
+  EXPECT_THAT(dark.error().reason, Not(HasSubstr("fall back")));
 }
 
 // A moving camera looks at the sky for one frame.

@@ -57,6 +57,19 @@ TEST(WeatherBelief, ASurveysLightDecidesItsWeather) {
   EXPECT_GT(StateOf(BeliefFromSurvey(Clear()), SkyState::kClear).share, 0.7);
 }
 
+// A survey's shadows may say that there was no sun, to a part of the sky.
+TEST(WeatherBelief, ASunOfNoneKeepsItsDeviation) {
+  SurveyedLight survey = Overcast();
+  survey.sun_rgb = glm::dvec3(0.0);
+  survey.sun_stddev_rgb = 0.2 * survey.sky_rgb;
+  const WeatherBelief belief = BeliefFromSurvey(survey);
+  const LightGaussian& light = StateOf(belief, SkyState::kOvercast).light;
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(
+        std::sqrt(light.covariance(c, c)), 0.2 * survey.sky_rgb[c], 0.01 * survey.sky_rgb[c]);
+  }
+}
+
 // A sun that the map clips is assumed to be a clear sky's, give or take 40 %. However grey the
 // map's sky, a sun of nearly nothing is no error of 40 %: hours later a covered sun is the
 // climate's share, and not what the survey showed. Where the map did not see the sun's place it may

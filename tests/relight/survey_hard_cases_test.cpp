@@ -346,6 +346,22 @@ TEST(SurveyHardCases, ASunBehindTheHouseIsFoundFromItsShadowOrIsNone) {
   }
 }
 
+// Behind thin cloud: whether it counts as a faint sun or as none, its deviation covers it.
+TEST(SurveyHardCases, AFaintSunBehindTheHouseIsCovered) {
+  for (const double share : {0.05, 0.1, 0.2, 0.4}) {
+    KnownSite site = SiteWithPosts();
+    site.sun_direction_enu = glm::normalize(glm::dvec3(0.2, 0.8, 0.5));
+    site.sun_irradiance_rgb *= share;
+    const PreparedScene prepared = Prepare(site.Model(site.Map()));
+    const SurveyLight& light = prepared.survey->light;
+    for (int c = 0; c < 3; ++c) {
+      const double error = light.sun_irradiance_rgb[c] - site.sun_irradiance_rgb[c];
+      EXPECT_LT(std::abs(error), 3.0 * light.sun_irradiance_stddev_rgb[c]) << share << " " << c;
+      EXPECT_LT(std::abs(error), 0.15 * KnownSite().sun_irradiance_rgb[c]) << share << " " << c;
+    }
+  }
+}
+
 // What of the ground away from the mesh's edges, and within a few pixels of a shadow's, has an
 // albedo off by more than 0.3 in logarithms; the ground's own.
 struct Seams {

@@ -236,9 +236,10 @@ TEST_F(CourtyardCopy, FindsAFrameThatDoesNotLookAtTheMesh) {
   }
   EXPECT_THAT(Check(), IsEmpty());
   frames[1]["camera_from_world"][2][3] = -5000.0;
-  EXPECT_THAT(Check(),
-              Contains(AllOf(SaysAndAdvises("1 of the frames' poses", "leave these frames out"),
-                             Field(&SiteWarning::where, "frames[1].camera_from_world"))));
+  EXPECT_THAT(
+      Check(),
+      Contains(AllOf(SaysAndAdvises("1 frames do not show the mesh", "leave these frames out"),
+                     Field(&SiteWarning::where, "frames[1].camera_from_world"))));
 }
 
 TEST_F(CourtyardCopy, FindsAMapThatIsUpsideDown) {
@@ -328,7 +329,7 @@ TEST_F(CourtyardCopy, FindsASunThatIsStatedWrongly) {
                                Field(&SiteWarning::where, "frames[0].sun_direction_enu"))));
     EXPECT_THAT(
         warnings,
-        Contains(AllOf(SaysAndAdvises("map's sun is not where it is stated", "leave it out"),
+        Contains(AllOf(SaysAndAdvises("map's sun is not where it is stated", "map's orientation"),
                        Field(&SiteWarning::where, "environment.sun_direction_enu"))));
   }
 }

@@ -344,18 +344,25 @@ Explained ExplainBySun(const SunSearch& search, const SunPrior& prior) {
   return sun;
 }
 
+// A faint sun, as behind thin cloud, may be taken for none: the deviation reaches up to the one
+// that the comparisons ask for.
 Explained ExplainByNone(const SunSearch& search, const SunPrior& prior) {
   constexpr double kSmallPart = 0.02;
   Explained none;
   glm::dmat3 information(0.0);
+  for (int c = 0; c < 3; ++c) {
+    information[c][c] = 1.0 / (prior.median_rgb[c] * prior.median_rgb[c]);
+  }
   glm::dvec3 pull(0.0);
   for (const Comparison& comparison : search.Comparisons()) {
     const Linearised at = LineariseAtNone(search, comparison, kSmallPart * prior.median_rgb);
     none.log_evidence += at.LogDensity();
     Add(at, information, pull);
   }
+  const glm::dmat3 covariance = glm::inverse(information);
+  const glm::dvec3 asked_for = glm::max(covariance * pull, glm::dvec3(0.0));
   for (int c = 0; c < 3; ++c) {
-    none.stddev_rgb[c] = std::min(1.0 / std::sqrt(information[c][c]), prior.median_rgb[c]);
+    none.stddev_rgb[c] = std::hypot(std::sqrt(covariance[c][c]), asked_for[c]);
   }
   return none;
 }
