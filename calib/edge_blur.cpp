@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Dense>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
@@ -216,6 +217,35 @@ std::optional<double> MiddleOfStep(Profile& profile) {
   return middle;
 }
 
+constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
+
+// Whether a line shows a sharp step that a camera has sharpened by an unsharp mask: step and step
+// less blurred step fit it together, the latter by `kLeastAmount` or more.
+bool IsSharpened(const PixelSteps& steps, const Profile& profile, int place) {
+  constexpr double kLeastAmount = 0.7;
+  constexpr int kAround = PixelSteps::kPerPx / 2;
+  for (const double mask_px : {0.8, 1.2, 1.8}) {
+    const auto& sigmas = SigmasPx();
+    const auto mask = static_cast<std::size_t>(
+        std::lower_bound(sigmas.begin(), sigmas.end(), mask_px) - sigmas.begin());
+    for (int off = -kAround; off <= kAround; ++off) {
+      Eigen::Matrix<double, kCount, 3> model;
+      Eigen::Matrix<double, kCount, 1> seen;
+      for (int i = 0; i < kCount; ++i) {
+        const int behind = i * PixelSteps::kPerPx - place - off;
+        const double step = steps.At(0, behind);
+        model.row(i) << 1.0, step, step - steps.At(mask, behind);
+        seen[i] = profile[static_cast<std::size_t>(i)];
+      }
+      const Eigen::Vector3d fit =
+          (model.transpose() * model).ldlt().solve(model.transpose() * seen);
+      const double error = (model * fit - seen).squaredNorm();
+      if (error <= kGoodFit * kGoodFit * kCount && fit[2] >= kLeastAmount * fit[1]) return true;
+    }
+  }
+  return false;
+}
+
 std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   const std::optional<double> middle = MiddleOfStep(profile);
   if (!middle) return std::nullopt;
@@ -226,8 +256,9 @@ std::optional<LineErrors> ErrorsOf(const PixelSteps& steps, Profile profile) {
   }
   const auto best = std::min_element(errors.of_sigma.begin(), errors.of_sigma.end());
   errors.least = *best;
-  constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
-  const bool fits = errors.least <= kGoodFit * kGoodFit * kCount;
+  // No modelled step fits a sharpened edge: it supports the smallest width only.
+  const bool fits = errors.least <= kGoodFit * kGoodFit * kCount ||
+                    (best == errors.of_sigma.begin() && IsSharpened(steps, profile, place));
   if (!fits || best + 1 == errors.of_sigma.end()) return std::nullopt;
   return errors;
 }

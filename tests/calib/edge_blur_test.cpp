@@ -88,6 +88,52 @@ TEST(EdgeBlur, ASharpPictureHasNone) {
   }
 }
 
+// As `value + amount (value - blurred)` of a camera: an unsharp mask of 1.2 px.
+RgbImage Sharpened(const RgbImage& picture, float amount) {
+  constexpr int kReach = 4;
+  const auto blurred_along = [](const RgbImage& from, const glm::ivec2& step) {
+    RgbImage to = from;
+    for (int y = kReach; y < from.height - kReach; ++y) {
+      for (int x = kReach; x < from.width - kReach; ++x) {
+        glm::vec3 sum(0.0f);
+        float weights = 0.0f;
+        for (int i = -kReach; i <= kReach; ++i) {
+          const float weight = std::exp(-0.5f * static_cast<float>(i * i) / (1.2f * 1.2f));
+          sum += weight * from.At(x + i * step.x, y + i * step.y);
+          weights += weight;
+        }
+        to.At(x, y) = sum / weights;
+      }
+    }
+    return to;
+  };
+  const RgbImage blurred = blurred_along(blurred_along(picture, {1, 0}), {0, 1});
+  RgbImage sharpened = picture;
+  for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+    sharpened.pixels[i] += amount * (picture.pixels[i] - blurred.pixels[i]);
+  }
+  return sharpened;
+}
+
+// However strongly: a few lines beside that look wider, a shadow's, do not decide.
+TEST(EdgeBlur, ASharpenedPictureHasNone) {
+  const Edge wide(0.2, 1.5, 0.01);
+  for (const float amount : {0.4f, 1.0f, 1.5f, 2.0f}) {
+    const Edge sharp(0.2, 0.3, 0.01);
+    EdgeBlurMeter meter;
+    meter.Add(Sharpened(sharp.picture, amount), {}, sharp.view);
+    // Most of the wide edge is clipped.
+    Gray8Image clipped(kWidth, kHeight, 0);
+    for (int y = 30; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) clipped.At(x, y) = 1;
+    }
+    meter.Add(wide.picture, clipped, wide.view);
+    const EdgeBlur blur = meter.Blur();
+    EXPECT_TRUE(blur.is_measured) << amount;
+    EXPECT_LT(blur.sigma_px, 0.35) << amount;
+  }
+}
+
 // Half of the edges are round or stand before a penumbra, each in its own way.
 TEST(EdgeBlur, IsWhatMostEdgesAgreeOn) {
   EdgeBlurMeter meter;
