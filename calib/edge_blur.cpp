@@ -220,8 +220,9 @@ std::optional<double> MiddleOfStep(Profile& profile) {
 constexpr double kGoodFit = 0.06;  // Root mean square, of the step.
 
 // Whether a line shows a sharp step that a camera has sharpened by an unsharp mask: step and step
-// less blurred step fit it together, the latter by `kLeastAmount` or more.
+// the difference to the blurred step fit it together.
 bool IsSharpened(const PixelSteps& steps, const Profile& profile, int place) {
+  // Less is fitted by a step alone.
   constexpr double kLeastAmount = 0.7;
   constexpr int kAround = PixelSteps::kPerPx / 2;
   for (const double mask_px : {0.8, 1.2, 1.8}) {
@@ -240,7 +241,10 @@ bool IsSharpened(const PixelSteps& steps, const Profile& profile, int place) {
       const Eigen::Vector3d fit =
           (model.transpose() * model).ldlt().solve(model.transpose() * seen);
       const double error = (model * fit - seen).squaredNorm();
-      if (error <= kGoodFit * kGoodFit * kCount && fit[2] >= kLeastAmount * fit[1]) return true;
+      if (fit[1] > 0.0 && fit[2] >= kLeastAmount * fit[1] &&
+          error <= kGoodFit * kGoodFit * kCount) {
+        return true;
+      }
     }
   }
   return false;

@@ -293,7 +293,7 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
   if (first) {
     const glm::dvec3 at_m = sequence.CameraOfFrame(*first).CentreWorldM();
     warnings.push_back(
-        {fmt::format("{} frames do not show the mesh", frames),
+        {fmt::format("frames that do not show the mesh: {}", frames),
          fmt::format("frames[{}].camera_from_world", *first),
          fmt::format("from ({:.1f}, {:.1f}, {:.1f}) m the camera sees it in less than 1 % of the "
                      "picture: hardly any light is measured there",

@@ -238,7 +238,7 @@ TEST_F(CourtyardCopy, FindsAFrameThatDoesNotLookAtTheMesh) {
   frames[1]["camera_from_world"][2][3] = -5000.0;
   EXPECT_THAT(
       Check(),
-      Contains(AllOf(SaysAndAdvises("1 frames do not show the mesh", "leave these frames out"),
+      Contains(AllOf(SaysAndAdvises("frames that do not show the mesh: 1", "leave these frames out"),
                      Field(&SiteWarning::where, "frames[1].camera_from_world"))));
 }
 
