@@ -236,10 +236,10 @@ TEST_F(CourtyardCopy, FindsAFrameThatDoesNotLookAtTheMesh) {
   }
   EXPECT_THAT(Check(), IsEmpty());
   frames[1]["camera_from_world"][2][3] = -5000.0;
-  EXPECT_THAT(
-      Check(),
-      Contains(AllOf(SaysAndAdvises("frames that do not show the mesh: 1", "leave these frames out"),
-                     Field(&SiteWarning::where, "frames[1].camera_from_world"))));
+  EXPECT_THAT(Check(),
+              Contains(AllOf(
+                  SaysAndAdvises("frames that do not show the mesh: 1", "leave these frames out"),
+                  Field(&SiteWarning::where, "frames[1].camera_from_world"))));
 }
 
 TEST_F(CourtyardCopy, FindsAMapThatIsUpsideDown) {
