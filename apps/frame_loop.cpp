@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdint>
 #include <future>
 #include <memory>
 #include <stop_token>
@@ -16,10 +15,10 @@
 #include <tbb/task_arena.h>
 
 #include "apps/calibrate_north_command.h"
+#include "apps/frame_faults.h"
 #include "apps/object_sightings.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_check.h"
-#include "scene/half_float.h"
 #include "session/check/clock_check.h"
 #include "session/session_choices.h"
 #include "sunmodel/angles.h"
@@ -102,73 +101,12 @@ auto InTheBackground(const Work& work) {
 
 }  // namespace
 
-// What was wrong with a run's frames: defects that composites could not be made from unchanged, and
-// frames that show nothing to measure light on.
-class FrameLoop::PictureDefects {
- public:
-  explicit PictureDefects(bool is_measured_in_pictures)
-      : is_measured_in_pictures_(is_measured_in_pictures) {}
-  void Add(const Frame& frame, const FrameResult& result) {
-    if (is_measured_in_pictures_ && result.estimate.samples_used == 0) {
-      if (frames_without_samples_++ == 0) first_without_samples_ = frame.index;
-    }
-    not_finite_.Add(frame.defects.not_finite);
-    clamped_.Add(result.clamped_pixels);
-    frames_without_colour_ += result.drawn_lighting ? 1 : 0;
-  }
-  void Report(std::vector<std::string>& notes) const {
-    NotePixels(not_finite_, "not finite: not used for the estimate, and written unchanged", notes);
-    NotePixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf), notes);
-    if (frames_without_samples_ > 0) {
-      Note(
-          fmt::format("the light of {} frames (first: {}) could not be measured: no usable surface "
-                      "is in view; earlier frames, survey and weather give it",
-                      frames_without_samples_,
-                      first_without_samples_),
-          notes);
-    }
-    if (frames_without_colour_ == 0) return;
-    Note(
-        fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "
-                    "more of it, see drawn_light in plan.jsonl",
-                    frames_without_colour_),
-        notes);
-  }
-
- private:
-  struct Count {
-    std::int64_t pixels = 0;
-    int frames = 0;
-    void Add(std::int64_t more) {
-      pixels += more;
-      frames += more > 0 ? 1 : 0;
-    }
-  };
-  static void Note(const std::string& note, std::vector<std::string>& notes) {
-    notes.push_back(note);
-    spdlog::warn("{}", note);
-  }
-  static void NotePixels(const Count& count,
-                         const std::string& what,
-                         std::vector<std::string>& notes) {
-    if (count.pixels == 0) return;
-    Note(fmt::format("{} pixels of {} frames are {}", count.pixels, count.frames, what), notes);
-  }
-
-  bool is_measured_in_pictures_;
-  int frames_without_samples_ = 0;
-  int first_without_samples_ = 0;
-  Count not_finite_;
-  Count clamped_;
-  int frames_without_colour_ = 0;
-};
-
 struct FrameLoop::Checks {
-  explicit Checks(bool is_measured_in_pictures) : defects(is_measured_in_pictures) {}
+  explicit Checks(bool is_measured_in_pictures) : faults(is_measured_in_pictures) {}
 
   std::optional<ShadowDirectionFinder> shadows;
   std::optional<SunCheck> sun;
-  PictureDefects defects;
+  FrameFaults faults;
   ObjectSightings objects;
   bool is_any_done = false;
   // A look at a live frame, in the background; of one that is stopped nothing remains.
@@ -226,7 +164,7 @@ std::optional<FinishedFrame> FrameLoop::Next() {
   if (options_.write_environment) finished.environment = run_.EnvironmentOf(lighting);
   finished.sky = run_.SkyImageOf(lighting);
   NoteUnits(result.estimate.units, notes_);
-  checks_->defects.Add(frame, result);
+  checks_->faults.Add(frame, result);
   checks_->objects.Add(frame.camera, result.composite);
   if (checks_->shadows) checks_->shadows->Add(frame, result.sun.direction_enu);
   if (checks_->sun) CheckSun(finished);
@@ -244,7 +182,7 @@ std::vector<std::string> FrameLoop::Finish() {
     if (!look) look = checks_->sun->Look(at.frame, at.lighting, {});
     NoteContradiction(look->contradiction, run_.Loaded().sequence, notes_);
   }
-  checks_->defects.Report(notes_);
+  for (std::string& note : checks_->faults.Notes()) Warn(std::move(note));
   if (std::optional<std::string> note = checks_->objects.Note(run_.Loaded().site.objects)) {
     Warn(std::move(*note));
   }

@@ -35,7 +35,6 @@ class FrameLoop {
   std::vector<std::string> Finish();
 
  private:
-  class PictureDefects;
   struct Checks;
   void TakeNotes();
   void Warn(std::string note);

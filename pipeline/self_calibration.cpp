@@ -238,15 +238,17 @@ SelfCalibration SelfCalibrateAlbedo(
     result = calibrator.Round(*open_frames());
   }
   scene.albedo_stddev_rgb = glm::dvec3(options.joint.expected_stddev);
-  scene.notes.push_back("albedos of " + std::to_string(result.surfaces) +
-                        " surfaces found together with the light of " +
-                        std::to_string(result.frames) + " frames; against each other +/- " +
-                        Percent(result.surface_stddev) + ", all together " +
-                        Percent(options.joint.expected_stddev) + ": their mean is taken to be " +
-                        (options.mean_albedo ? std::to_string(*options.mean_albedo).substr(0, 4)
-                                             : std::string("the materials' own")) +
-                        (result.colour_from_sun ? ", their colour from the clear-sky beam's" : "") +
-                        (result.converged ? "" : "; still moving when stopped"));
+  scene.notes.push_back(
+      "albedos of " + std::to_string(result.surfaces) +
+      " surfaces found together with the light of " + std::to_string(result.frames) +
+      " frames; against each other +/- " + Percent(result.surface_stddev) + ", all together " +
+      Percent(options.joint.expected_stddev) + ": their mean is taken to be " +
+      (options.mean_albedo ? std::to_string(*options.mean_albedo).substr(0, 4)
+                           : std::string("the materials' own")) +
+      (result.colour_from_sun ? ", their colour from the clear-sky beam's"
+                              : ", their colour the materials' own: where that is wrong, the "
+                                "light's is, too (a survey map would tell)") +
+      (result.converged ? "" : "; still moving when stopped"));
   return result;
 }
 

@@ -419,7 +419,9 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
     site.model.material_albedo_stddev =
         sequence.albedos_assumed ? kAssumedAlbedoStddev : kUnknownAlbedoStddev;
     site.materials_note = fmt::format(
-        "no environment map: the materials' {} is used, +/- {:.0f} %",
+        "no environment map: the materials' {} is used, +/- {:.0f} %; the light's colour is only "
+        "as "
+        "well known as theirs",
         sequence.albedos_assumed ? "assumed albedo" : "Kd, which is neither known nor assumed,",
         100.0 * site.model.material_albedo_stddev);
   }

@@ -1,0 +1,76 @@
+#include "apps/frame_faults.h"
+
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace pleinair::frame_faults_test {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Frame FrameUnder(int index, std::optional<Weather> stated) {
+  Frame frame;
+  frame.index = index;
+  frame.weather = stated;
+  return frame;
+}
+
+// With the probabilities of overcast, broken and clear.
+FrameResult Looking(double overcast, double broken, double clear) {
+  FrameResult result;
+  result.estimate.samples_used = 500;
+  result.estimate.weather_shares = {overcast, broken, clear};
+  return result;
+}
+
+TEST(FrameFaults, NamesTheWeatherThatContradictsTheStatedOne) {
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(3, Weather::kClear), Looking(0.0, 0.1, 0.9));
+  faults.Add(FrameUnder(4, Weather::kClear), Looking(0.9, 0.08, 0.02));
+  faults.Add(FrameUnder(5, Weather::kClear), Looking(0.97, 0.03, 0.0));
+  EXPECT_THAT(faults.Notes(),
+              ElementsAre(AllOf(HasSubstr("2 frames (first: 4) look overcast"),
+                                HasSubstr("contradicts the stated weather"))));
+}
+
+TEST(FrameFaults, DoubtsNoWeatherThatMayBeOrThatNobodyStated) {
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(0, Weather::kClear), Looking(0.7, 0.1, 0.2));
+  faults.Add(FrameUnder(1, std::nullopt), Looking(1.0, 0.0, 0.0));
+  EXPECT_THAT(faults.Notes(), IsEmpty());
+}
+
+// Without samples the weather is not the picture's.
+TEST(FrameFaults, CountsFramesWithoutSamplesWhereTheLightIsMeasuredInThem) {
+  FrameResult none = Looking(1.0, 0.0, 0.0);
+  none.estimate.samples_used = 0;
+  FrameFaults measured(true);
+  measured.Add(FrameUnder(7, Weather::kClear), none);
+  EXPECT_THAT(measured.Notes(),
+              ElementsAre(HasSubstr("the light of 1 frames (first: 7) could not be measured")));
+  FrameFaults given(false);
+  given.Add(FrameUnder(7, Weather::kClear), none);
+  EXPECT_THAT(given.Notes(), IsEmpty());
+}
+
+TEST(FrameFaults, SumsPixelsOverTheFramesThatHaveThem) {
+  Frame frame = FrameUnder(0, std::nullopt);
+  FrameFaults faults(false);
+  faults.Add(frame, {});
+  frame.defects.not_finite = 5;
+  FrameResult result;
+  result.clamped_pixels = 2;
+  faults.Add(frame, result);
+  faults.Add(frame, {});
+  EXPECT_THAT(faults.Notes(),
+              ElementsAre(HasSubstr("10 pixels of 2 frames are not finite"),
+                          HasSubstr("2 pixels of 1 frames are beyond half floats")));
+}
+
+}  // namespace
+}  // namespace pleinair::frame_faults_test
