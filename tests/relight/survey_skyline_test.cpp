@@ -277,6 +277,22 @@ TEST(SurveySkyline, ReflectsItsRadianceInTheMapOverTheSkysIrradiance) {
   EXPECT_EQ(skyline.hidden[cell(-0.5, 0.3)], 0.0f) << "beside";
 }
 
+// A street lamp before the night's sky: one ray that meets it must not outweigh all others.
+TEST(SurveySkyline, ALampCountsAsAWhiteSurfaceInTheSun) {
+  RgbImage map(kSize.width, kSize.height, glm::vec3(0.002f));
+  Gray8Image hidden(kSize.width, kSize.height, 0);
+  for (int y = 90; y < 128; ++y) {
+    for (int x = 256; x < 512; ++x) hidden.At(x, y) = 255;
+  }
+  for (int y = 108; y < 112; ++y) {
+    for (int x = 380; x < 386; ++x) map.At(x, y) = glm::vec3(60.0f);
+  }
+  const Skyline skyline = SkylineOf(map, hidden, glm::dvec3(0.01));
+  float most = 0.0f;
+  for (const glm::vec3& reflected : skyline.reflected) most = std::max(most, reflected.x);
+  EXPECT_NEAR(most, 11.0 / std::numbers::pi, 1e-3);
+}
+
 // A ring of trees, 28 deg high, that reflect 2.5 % of the sky's irradiance a steradian.
 constexpr double kRingDeg = 28.0;
 constexpr double kRingReflects = 0.025;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -203,6 +204,15 @@ Gray8Image FindHiddenSky(const RgbImage& radiance, const Gray8Image& shows_sky) 
   return AmongNeighbours(found, shows_sky);
 }
 
+namespace {
+
+// Radiance of a white surface that faces a sun of ten times the sky, per unit of the sky's
+// irradiance. What is brighter shines by itself, such as a street lamp at night, and does not
+// follow the sky.
+constexpr double kMostReflected = 11.0 / std::numbers::pi;
+
+}  // namespace
+
 Skyline SkylineOf(const RgbImage& radiance,
                   const Gray8Image& hidden,
                   const glm::dvec3& sky_irradiance_rgb) {
@@ -225,7 +235,8 @@ Skyline SkylineOf(const RgbImage& radiance,
       share.At(x, y) = glm::vec3(1.0f);
       for (int c = 0; c < 3; ++c) {
         if (!(sky_irradiance_rgb[c] > 0.0)) continue;
-        reflected.At(x, y)[c] = static_cast<float>(radiance.At(x, row)[c] / sky_irradiance_rgb[c]);
+        reflected.At(x, y)[c] = static_cast<float>(
+            std::min(radiance.At(x, row)[c] / sky_irradiance_rgb[c], kMostReflected));
       }
     }
   }

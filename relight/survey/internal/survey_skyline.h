@@ -21,7 +21,7 @@ namespace pleinair {
 Gray8Image FindHiddenSky(const RgbImage& radiance, const Gray8Image& shows_sky);
 
 // The skyline of a map of `radiance` under a sky of `sky_irradiance_rgb`, `hidden` as above. Empty
-// where none is.
+// where none is. Lamps on what hides the sky count as white surfaces in the sun.
 Skyline SkylineOf(const RgbImage& radiance,
                   const Gray8Image& hidden,
                   const glm::dvec3& sky_irradiance_rgb);
