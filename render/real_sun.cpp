@@ -21,98 +21,138 @@ namespace {
 
 float Sum(const glm::vec3& radiance) { return radiance.r + radiance.g + radiance.b; }
 
-bool MostOf(bool a, bool b, bool c) { return a ? b || c : b && c; }
-
-// Two predictions. Only comparisons of log odds decide, so a bound on the radiance takes the place
-// of a logarithm for each of the radiances around a pixel.
+// Two predictions, and where a radiance is between them. Bounds on the radiance take the place of
+// logarithms for most of the radiances around a pixel.
 class Predictions {
  public:
-  explicit Predictions(const RealPixel& pixel)
-      : floor_(glm::max(1e-6f * pixel.lit, glm::vec3(1e-30f))),
+  // `mesh_log_odds` of lit over shaded.
+  Predictions(const RealPixel& pixel, float mesh_log_odds)
+      : mesh_log_odds_(mesh_log_odds),
+        floor_(glm::max(1e-6f * pixel.lit, glm::vec3(1e-30f))),
         lit_(glm::max(pixel.lit, floor_)),
         surely_lit_(Sum(glm::mix(pixel.shaded, pixel.lit, kSurelyLit))),
-        sigma_(pixel.albedo_measured ? kSharedLogSigmaMeasured : kSharedLogSigmaGuessed) {
+        left_in_shade_(Sum(glm::max(pixel.shaded, floor_)) / Sum(lit_)) {
+    const float sigma = pixel.albedo_measured ? kSharedLogSigmaMeasured : kSharedLogSigmaGuessed;
     const glm::vec3 shaded = glm::max(pixel.shaded, floor_);
-    spread_ = glm::log(lit_ / shaded);
     // Not the root of the product, which may leave the range of floats.
-    middle_ = glm::sqrt(lit_) * glm::sqrt(shaded);
-  }
-
-  // Radiances whose log odds are `log_odds`:
-  //   s (2 x - s) = 2 sigma^2 log_odds  gives  x = s / 2 + sigma^2 log_odds / s,  s = l - d.
-  glm::vec3 WithLogOdds(float log_odds) const {
-    glm::vec3 bound;
+    const glm::vec3 middle = glm::sqrt(lit_) * glm::sqrt(shaded);
+    const glm::vec3 spread = glm::log(lit_ / shaded);
     for (int c = 0; c < 3; ++c) {
-      if (spread_[c] > 0.0f) {
-        bound[c] = middle_[c] * std::exp(sigma_ * sigma_ * log_odds / spread_[c]);
-      } else {  // Every radiance has log odds of 0.
-        bound[c] = log_odds >= 0.0f ? std::numeric_limits<float>::infinity() : 0.0f;
+      if (spread[c] > 0.0f) {
+        // With s = l - d the log odds are s (2 x - l - d) / (2 sigma^2).
+        const float even = -sigma * sigma * mesh_log_odds / spread[c];
+        const float half = std::max(0.5f * spread[c] - kSurelySigmas * sigma, kLeastHalfBetween);
+        from_[c] = middle[c] * std::exp(even - half);
+        to_[c] = middle[c] * std::exp(even + half);
+        per_log_[c] = 0.5f / half;
+        const float sure = sigma * sigma * kMeshLogOdds / spread[c];
+        agrees_from_[c] = mesh_log_odds > 0.0f ? std::max(to_[c], middle[c] * std::exp(sure))
+                                               : std::min(from_[c], middle[c] * std::exp(-sure));
+      } else {  // The mesh alone decides.
+        from_[c] = to_[c] = agrees_from_[c] =
+            mesh_log_odds > 0.0f ? 0.0f : std::numeric_limits<float>::infinity();
       }
     }
-    return bound;
   }
 
-  // Whether the log odds, the median of three, are those of `bound` or less.
-  bool IsUpTo(const glm::vec3& bound, const glm::vec3& observed, bool clipped) const {
-    glm::vec3 x = glm::max(observed, floor_);
-    // A clipped value is a lower bound: it may be as bright as lit.
-    if (clipped) x = glm::max(x, lit_);
-    return MostOf(x.r <= bound.r, x.g <= bound.g, x.b <= bound.b);
+  // Whether the radiance says what the mesh says, and as surely.
+  bool AgreesWithMesh(const glm::vec3& observed, bool clipped) const {
+    if (mesh_log_odds_ == 0.0f) return false;
+    const glm::vec3 x = Bounded(observed, clipped);
+    const int reached = static_cast<int>(x.r > agrees_from_.r) +
+                        static_cast<int>(x.g > agrees_from_.g) +
+                        static_cast<int>(x.b > agrees_from_.b);
+    return (reached >= 2) == (mesh_log_odds_ > 0.0f);
+  }
+  // 0: in shade; 1: in the sun.
+  float PlaceOf(const glm::vec3& observed, bool clipped) const {
+    const glm::vec3 x = Bounded(observed, clipped);
+    glm::vec3 place;
+    for (int c = 0; c < 3; ++c) {
+      if (x[c] <= from_[c]) {
+        place[c] = 0.0f;
+      } else if (x[c] >= to_[c]) {
+        place[c] = 1.0f;
+      } else {
+        place[c] = std::log(x[c] / from_[c]) * per_log_[c];
+      }
+    }
+    return Median(place);
+  }
+  // Of the sun, of which a new shadow leaves left_in_shade_^place.
+  float ShareAt(float place) const {
+    if (place <= 0.0f || place >= 1.0f || left_in_shade_ >= 1.0f) return place;
+    return (std::pow(left_in_shade_, -place) - 1.0f) / (1.0f / left_in_shade_ - 1.0f);
   }
   bool IsSurelyLit(const glm::vec3& observed) const { return !(Sum(observed) < surely_lit_); }
 
  private:
+  // A clipped value is a lower bound: it may be as bright as lit.
+  glm::vec3 Bounded(const glm::vec3& observed, bool clipped) const {
+    return glm::max(observed, clipped ? lit_ : floor_);
+  }
+
+  float mesh_log_odds_;
   glm::vec3 floor_;
   glm::vec3 lit_;
-  glm::vec3 spread_;
-  glm::vec3 middle_;
+  glm::vec3 from_{0.0f};
+  glm::vec3 to_{0.0f};
+  glm::vec3 per_log_{0.0f};
+  glm::vec3 agrees_from_{0.0f};
   float surely_lit_;
-  float sigma_;
+  float left_in_shade_;
 };
 
 // Three rows of three pixels with the pixel itself in the middle.
-template <typename Value>
-using Around = std::array<std::array<Value, 3>, 3>;
+using Around = std::array<std::array<float, 3>, 3>;
 
 constexpr float kUnknown = -1.0f;  // Radiance of no pixel.
 
-float MedianOf(float a, float b, float c) {
-  return std::min({a, b, c}) >= 0.0f ? Median({a, b, c}) : kUnknown;
+float MedianOf(float a, float b, float c) { return Median({a, b, c}); }
+float RadianceOf(float a, float b, float c) {
+  return std::min({a, b, c}) >= 0.0f ? MedianOf(a, b, c) : kUnknown;
 }
 
-bool HasEdge(const Around<bool>& is_shaded) {
-  const auto& [above, middle, below] = is_shaded;
-  return MostOf(above[0], middle[0], below[0]) != MostOf(above[2], middle[2], below[2]) ||
-         MostOf(above[0], above[1], above[2]) != MostOf(below[0], below[1], below[2]);
+bool IsStep(float one, float other) {
+  return (one > 0.5f) != (other > 0.5f) && std::abs(one - other) >= kLeastEdgeStep;
+}
+
+template <class Of>
+float OfRow(const Around& around, std::size_t k, const Of& of) {
+  return of(around[k][0], around[k][1], around[k][2]);
+}
+template <class Of>
+float OfColumn(const Around& around, std::size_t k, const Of& of) {
+  return of(around[0][k], around[1][k], around[2][k]);
+}
+
+bool HasEdge(const Around& place) {
+  return IsStep(OfColumn(place, 0, MedianOf), OfColumn(place, 2, MedianOf)) ||
+         IsStep(OfRow(place, 0, MedianOf), OfRow(place, 2, MedianOf));
 }
 
 // Where one side of a pixel is in shade and the other in the sun: the pixel's share, from its own
 // radiance between theirs. None where its radiance is that of one side, as at a crossing of joints.
-std::optional<float> ShareAtEdge(const Around<bool>& is_shaded, const Around<float>& radiance) {
+std::optional<float> ShareAtEdge(const Around& place, const Around& radiance) {
   std::optional<float> share;
   float contrast = 0.0f;
-  const auto compare = [&](bool is_one_shaded, float one, bool is_other_shaded, float other) {
-    if (is_one_shaded == is_other_shaded || one < 0.0f || other < 0.0f) return;
-    const float shaded = is_one_shaded ? one : other;
-    const float lit = is_one_shaded ? other : one;
+  const auto compare = [&](float one_place, float one, float other_place, float other) {
+    if (!IsStep(one_place, other_place) || one < 0.0f || other < 0.0f) return;
+    const bool is_other_lit = other_place > one_place;
+    const float shaded = is_other_lit ? one : other;
+    const float lit = is_other_lit ? other : one;
     if (!(lit - shaded > contrast)) return;
     contrast = lit - shaded;
     share = std::clamp((radiance[1][1] - shaded) / contrast, 0.0f, 1.0f);
   };
-  const auto row = [](const auto& of, const auto& three, std::size_t k) {
-    return three(of[k][0], of[k][1], of[k][2]);
-  };
-  const auto column = [](const auto& of, const auto& three, std::size_t k) {
-    return three(of[0][k], of[1][k], of[2][k]);
-  };
-  compare(column(is_shaded, MostOf, 0),
-          column(radiance, MedianOf, 0),
-          column(is_shaded, MostOf, 2),
-          column(radiance, MedianOf, 2));
-  compare(row(is_shaded, MostOf, 0),
-          row(radiance, MedianOf, 0),
-          row(is_shaded, MostOf, 2),
-          row(radiance, MedianOf, 2));
+  compare(OfColumn(place, 0, MedianOf),
+          OfColumn(radiance, 0, RadianceOf),
+          OfColumn(place, 2, MedianOf),
+          OfColumn(radiance, 2, RadianceOf));
+  compare(OfRow(place, 0, MedianOf),
+          OfRow(radiance, 0, RadianceOf),
+          OfRow(place, 2, MedianOf),
+          OfRow(radiance, 2, RadianceOf));
   if (share && std::min(*share, 1.0f - *share) < kLeastEdgeShare) return std::nullopt;
   return share;
 }
@@ -157,9 +197,9 @@ class PixelsAround {
 };
 
 // `own` in the middle, and of the pixels around.
-template <typename Value, typename ValueAt>
-Around<Value> ValuesAround(Value own, const ValueAt& value_at) {
-  Around<Value> values{};
+template <class ValueAt>
+Around ValuesAround(float own, const ValueAt& value_at) {
+  Around values{};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
       values[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)] =
@@ -172,42 +212,39 @@ Around<Value> ValuesAround(Value own, const ValueAt& value_at) {
 }  // namespace
 
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px) {
-  const Predictions predictions(pixel);
   const float model = pixel.model_visibility;
   const float sun = model > 0.0f ? model : 1.0f;
   const float trust = std::clamp(pixel.edge_distance_px / kTrustedEdgeDistancePx, 0.0f, 1.0f);
   const float of_mesh = (2.0f * model - 1.0f) * kMeshLogOdds * trust;
-  bool agrees_with_mesh = false;
-  if (of_mesh != 0.0f) {
-    const glm::vec3 sure = predictions.WithLogOdds(std::copysign(kMeshLogOdds, of_mesh));
-    agrees_with_mesh = predictions.IsUpTo(sure, pixel.observed, pixel.clipped) == (of_mesh < 0.0f);
-  }
+  const Predictions predictions(pixel, of_mesh);
+  const bool agrees_with_mesh = predictions.AgreesWithMesh(pixel.observed, pixel.clipped);
   if (agrees_with_mesh) {
     if (of_mesh < 0.0f) return 0.0f;
     if (predictions.IsSurelyLit(pixel.observed)) return sun;
   }
   const PixelsAround around(picture, x_px, y_px);
-  const glm::vec3 even = predictions.WithLogOdds(-of_mesh);
-  const bool is_own_shaded = predictions.IsUpTo(even, pixel.observed, pixel.clipped);
-  const Around<bool> is_shaded = ValuesAround(is_own_shaded, [&](int dx, int dy) {
+  const float own = predictions.PlaceOf(pixel.observed, pixel.clipped);
+  const Around place = ValuesAround(own, [&](int dx, int dy) {
     const std::optional<std::size_t> there = around.At(dx, dy);
-    if (!there) return is_own_shaded;
-    return predictions.IsUpTo(even, around.RadianceAt(*there), around.IsClipped(*there));
+    return there ? predictions.PlaceOf(around.RadianceAt(*there), around.IsClipped(*there)) : own;
   });
-  if (HasEdge(is_shaded)) {
-    const Around<float> radiance = ValuesAround(Sum(pixel.observed), [&](int dx, int dy) {
+  if (HasEdge(place)) {
+    const Around radiance = ValuesAround(Sum(pixel.observed), [&](int dx, int dy) {
       const std::optional<std::size_t> there = around.At(dx, dy);
       return there ? Sum(around.RadianceAt(*there)) : kUnknown;
     });
-    if (const std::optional<float> share = ShareAtEdge(is_shaded, radiance)) return *share;
+    if (const std::optional<float> share = ShareAtEdge(place, radiance)) return *share;
   }
   if (agrees_with_mesh) return sun;
-  const auto most_of_row = [](const std::array<bool, 3>& row) {
-    return MostOf(row[0], row[1], row[2]);
-  };
-  const bool is_in_shade =
-      MostOf(most_of_row(is_shaded[0]), most_of_row(is_shaded[1]), most_of_row(is_shaded[2]));
-  return is_in_shade ? 0.0f : sun;
+  return sun *
+         predictions.ShareAt(MedianOf(
+             OfRow(place, 0, MedianOf), OfRow(place, 1, MedianOf), OfRow(place, 2, MedianOf)));
+}
+
+float LeastLikelyShare(const RealPixel& pixel) {
+  const float sun = pixel.model_visibility > 0.0f ? pixel.model_visibility : 1.0f;
+  const float ratio = Sum(pixel.lit) / std::max(Sum(pixel.shaded), 1e-6f * Sum(pixel.lit));
+  return ratio > 1.0f ? sun / (1.0f + std::sqrt(ratio)) : 0.5f * sun;
 }
 
 }  // namespace pleinair

@@ -31,21 +31,30 @@ struct RealPicture {
 // Returns the share of the disc that the pixel at (x_px, y_px) sees without virtual objects. Its
 // log radiance x, per channel, is compared with two predictions: lit (l) and shaded (d). With noise
 // sigma (the albedo against that of the survey, in log) the log odds of lit over shaded are
-//   ((x - d)^2 - (x - l)^2) / (2 sigma^2);
-// and their median over three channels is robust to one that is dead or coloured. Where that
-// disagrees with the mesh, it is replaced by the median of the medians of three rows of three
-// pixels on the same plane, with the pixel in the middle. A joint between bricks or a pebble is
-// narrower than a shadow, whose straight edges these medians keep. The mesh adds its own log odds,
-// so that dark ground under a weak sun is not treated as shadow. Near an edge of the model the mesh
-// may be wrong about the place, and adds nothing.
+//   ((x - d)^2 - (x - l)^2) / (2 sigma^2),
+// to which the mesh adds its own, so that dark ground under a weak sun is not treated as shadow.
+// Near an edge of the model the mesh may be wrong about the place, and adds nothing.
+//
+// A radiance far from both predictions is evidence of neither: there the light is wrong, or the
+// surface is another one. Between two deviations over shade and two below sun (around the x of even
+// odds) a pixel is partly in the sun: what a new shadow leaves of it falls evenly, in log, from all
+// to that of shade over sun. A step in between would cover the shadow with specks. The median over
+// three channels is robust to one that is dead or coloured.
+//
+// Where that disagrees with the mesh, it is replaced by the median of the medians of three rows of
+// three pixels on the same plane, with the pixel in the middle. A joint between bricks or a pebble
+// is narrower than a shadow, whose straight edges these medians keep.
 //
 // A real shadow's edge is as wide as the disc and the lens make it. Where the median of one side's
 // three pixels is lit and that of the other side is not, the pixel has the share that its radiance
 // has between theirs. Otherwise a new shadow would leave pixels there darker than shade, or
 // brighter.
 //
-// Accuracy  equal to the shader's up to rounding: a pixel at the threshold may fall to either side.
+// Accuracy  equal to the shader's up to rounding.
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);
+
+// The least share of a pixel that is more likely in the sun than in shade.
+float LeastLikelyShare(const RealPixel& pixel);
 
 // One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
 // a survey texel's mean; a material's guess is worse.
@@ -60,6 +69,13 @@ inline constexpr float kOnePlaneCosine = 0.95f;
 // A lit pixel is asked for an edge where it has less than this share of the predicted sun: one
 // deviation of the shared errors.
 inline constexpr float kSurelyLit = 0.8f;
+// Deviations of the shared errors over shade, or below sun, from which on a pixel is in between.
+inline constexpr float kSurelySigmas = 2.0f;
+// Half the least width, in log, of what is in between: where sun and shade differ by less than four
+// deviations.
+inline constexpr float kLeastHalfBetween = 0.02f;
+// Two sides of an edge differ by at least this part of what is in between.
+inline constexpr float kLeastEdgeStep = 0.5f;
 // Nearer to one of its sides a pixel is not within an edge.
 inline constexpr float kLeastEdgeShare = 0.1f;
 // The mesh is assumed right about sun or shade in 19 of 20 pixels away from its edges (it lacks

@@ -30,7 +30,9 @@ std::string RelightConstants() {
          constant("kSharedSigmaGuessed", kSharedLogSigmaGuessed) +
          constant("kAroundPx", static_cast<float>(kAroundPx)) +
          constant("kOnePlaneCosine", kOnePlaneCosine) + constant("kMeshLogOdds", kMeshLogOdds) +
-         constant("kSurelyLit", kSurelyLit) + constant("kLeastEdgeShare", kLeastEdgeShare) +
+         constant("kSurelyLit", kSurelyLit) + constant("kSurelySigmas", kSurelySigmas) +
+         constant("kLeastHalfBetween", kLeastHalfBetween) +
+         constant("kLeastEdgeStep", kLeastEdgeStep) + constant("kLeastEdgeShare", kLeastEdgeShare) +
          constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx) +
          constant("kLeastRelitChange", kLeastRelitChange) +
          constant("kMostAlbedoSigmas", kMostAlbedoSigmas) + constant("kLeastAlbedo", kLeastAlbedo);

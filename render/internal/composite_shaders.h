@@ -162,28 +162,58 @@ const float kInvPi = 0.318309886;
 
 float Median(vec3 v) { return max(min(v.r, v.g), min(max(v.r, v.g), v.b)); }
 
-// SunSeenWithout of real_sun.h, whose constants stand before. Levels are log odds and radiance;
-// -1: unknown.
-vec2 LevelOf(vec3 observed, bool clipped, vec3 lit, vec3 shaded, float sigma) {
-  vec3 floor_value = max(1e-6 * lit, vec3(1e-30));
-  vec3 spread = log(max(lit, floor_value) / max(shaded, floor_value));
-  vec3 x = log(max(observed, floor_value) / max(shaded, floor_value));
+// SunSeenWithout of real_sun.h, whose constants stand before. Values at a pixel are its place
+// between shade (0) and sun (1), and its radiance; -1: unknown.
+struct Predictions {
+  vec3 least;
+  vec3 lit;
+  vec3 log_from;
+  vec3 per_log;
+  vec3 log_agrees_from;
+};
+// What has no sun is either side of no light, as the mesh has it.
+const float kNoLightLog = 1e9;
+Predictions PredictionsOf(vec3 lit, vec3 shaded, float sigma, float of_mesh) {
+  Predictions p;
+  p.least = max(1e-6 * lit, vec3(1e-30));
+  p.lit = max(lit, p.least);
+  vec3 log_shaded = log(max(shaded, p.least));
+  vec3 spread = log(p.lit / max(shaded, p.least));
+  for (int c = 0; c < 3; ++c) {
+    float middle = log_shaded[c] + 0.5 * spread[c];
+    float s = spread[c];
+    if (s > 0.0) {
+      float even = middle - sigma * sigma * of_mesh / s;
+      float width_half = max(0.5 * s - kSurelySigmas * sigma, kLeastHalfBetween);
+      float sure = sigma * sigma * kMeshLogOdds / s;
+      p.log_from[c] = even - width_half;
+      p.per_log[c] = 0.5 / width_half;
+      p.log_agrees_from[c] = of_mesh > 0.0 ? max(even + width_half, middle + sure)
+                                           : min(even - width_half, middle - sure);
+    } else {
+      p.log_from[c] = p.log_agrees_from[c] = of_mesh > 0.0 ? -kNoLightLog : kNoLightLog;
+      p.per_log[c] = 1.0;
+    }
+  }
+  return p;
+}
+vec3 LogOf(vec3 observed, bool clipped, Predictions p) {
   // A clipped value is a lower bound: it may be as bright as lit.
-  if (clipped) x = max(x, spread);
-  return vec2(Median(spread * (2.0 * x - spread)) / (2.0 * sigma * sigma),
-              dot(observed, vec3(1.0)));
+  return log(max(observed, clipped ? p.lit : p.least));
+}
+vec2 PlaceOf(vec3 observed, bool clipped, Predictions p) {
+  vec3 place = (LogOf(observed, clipped, p) - p.log_from) * p.per_log;
+  return vec2(clamp(Median(place), 0.0, 1.0), dot(observed, vec3(1.0)));
 }
 vec2 MedianOf(vec2 a, vec2 b, vec2 c) {
   bool are_known = min(a.y, min(b.y, c.y)) >= 0.0;
   return vec2(Median(vec3(a.x, b.x, c.x)), are_known ? Median(vec3(a.y, b.y, c.y)) : -1.0);
 }
-void CompareSides(vec2 one, vec2 other, float own, float of_mesh, inout float contrast,
-                  inout float share) {
+void CompareSides(vec2 one, vec2 other, float own, inout float contrast, inout float share) {
   if (one.y < 0.0 || other.y < 0.0) return;
-  bool is_one_shaded = one.x + of_mesh <= 0.0;
-  if (is_one_shaded == (other.x + of_mesh <= 0.0)) return;
-  float shaded = is_one_shaded ? one.y : other.y;
-  float lit = is_one_shaded ? other.y : one.y;
+  if ((one.x > 0.5) == (other.x > 0.5) || abs(one.x - other.x) < kLeastEdgeStep) return;
+  float shaded = other.x > one.x ? one.y : other.y;
+  float lit = other.x > one.x ? other.y : one.y;
   if (!(lit - shaded > contrast)) return;
   contrast = lit - shaded;
   share = clamp((own - shaded) / contrast, 0.0, 1.0);
@@ -197,47 +227,49 @@ struct Surface {
   float edge_distance;
 };
 float SunWithout(ivec2 pixel, vec3 observed, bool clipped, Surface surface) {
-  vec3 lit = surface.lit;
-  vec3 shaded = surface.shaded;
   vec4 albedo = surface.albedo;
-  float model = surface.model;
+  float sun = surface.model > 0.0 ? surface.model : 1.0;
   float sigma = albedo.a > 0.0 ? kSharedSigmaMeasured : kSharedSigmaGuessed;
-  vec2 own = LevelOf(observed, clipped, lit, shaded, sigma);
   float trust = clamp(surface.edge_distance / kTrustedEdgeDistancePx, 0.0, 1.0);
-  float of_mesh = (2.0 * model - 1.0) * kMeshLogOdds * trust;
-  float log_odds = own.x;
-  bool agrees_with_mesh = log_odds * of_mesh > 0.0 && abs(log_odds) > kMeshLogOdds;
-  bool is_half_shaded =
-      log_odds > 0.0 && own.y < dot(mix(shaded, lit, kSurelyLit), vec3(1.0));
-  if (!agrees_with_mesh || is_half_shaded) {
-    vec2 around[9];  // Rows of three.
-    for (int i = 0; i < 9; ++i) {
-      around[i] = i == 4 ? own : vec2(own.x, -1.0);
-      if (i == 4) continue;
-      ivec2 place = pixel + int(kAroundPx) * (ivec2(i % 3, i / 3) - 1);
-      if (any(lessThan(place, ivec2(0))) ||
-          any(greaterThanEqual(place, textureSize(u_camera_radiance, 0)))) continue;
-      vec4 camera = CameraAt(place);
-      if (!(dot(surface.normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
-      if (!IsKnown(camera.rgb)) continue;
-      vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
-      around[i] = LevelOf(camera.rgb * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
-                          camera.a > 0.0, lit, shaded, sigma);
-    }
-    vec2 above = MedianOf(around[0], around[1], around[2]);
-    vec2 below = MedianOf(around[6], around[7], around[8]);
-    float contrast = 0.0;
-    float share = -1.0;
-    CompareSides(MedianOf(around[0], around[3], around[6]),
-                 MedianOf(around[2], around[5], around[8]), own.y, of_mesh, contrast, share);
-    CompareSides(above, below, own.y, of_mesh, contrast, share);
-    if (min(share, 1.0 - share) >= kLeastEdgeShare) return share;
-    if (!agrees_with_mesh) {
-      log_odds = Median(vec3(above.x, MedianOf(around[3], around[4], around[5]).x, below.x));
-    }
+  float of_mesh = (2.0 * surface.model - 1.0) * kMeshLogOdds * trust;
+  Predictions p = PredictionsOf(surface.lit, surface.shaded, sigma, of_mesh);
+  bool is_lit_by_mesh = of_mesh > 0.0;
+  bool agrees_with_mesh =
+      of_mesh != 0.0 &&
+      (Median(LogOf(observed, clipped, p) - p.log_agrees_from) > 0.0) == is_lit_by_mesh;
+  if (agrees_with_mesh) {
+    if (!is_lit_by_mesh) return 0.0;
+    float surely_lit = dot(mix(surface.shaded, surface.lit, kSurelyLit), vec3(1.0));
+    if (dot(observed, vec3(1.0)) >= surely_lit) return sun;
   }
-  if (log_odds + of_mesh <= 0.0) return 0.0;
-  return model > 0.0 ? model : 1.0;
+  vec2 own = PlaceOf(observed, clipped, p);
+  vec2 around[9];  // Rows of three.
+  for (int i = 0; i < 9; ++i) {
+    around[i] = i == 4 ? own : vec2(own.x, -1.0);
+    if (i == 4) continue;
+    ivec2 place = pixel + int(kAroundPx) * (ivec2(i % 3, i / 3) - 1);
+    if (any(lessThan(place, ivec2(0))) ||
+        any(greaterThanEqual(place, textureSize(u_camera_radiance, 0)))) continue;
+    vec4 camera = CameraAt(place);
+    if (!(dot(surface.normal, texelFetch(u_normal, place, 0).rgb) > kOnePlaneCosine)) continue;
+    if (!IsKnown(camera.rgb)) continue;
+    vec3 other = max(texelFetch(u_albedo, place, 0).rgb, vec3(kLeastAlbedo));
+    around[i] = PlaceOf(camera.rgb * (max(albedo.rgb, vec3(kLeastAlbedo)) / other),
+                        camera.a > 0.0, p);
+  }
+  vec2 above = MedianOf(around[0], around[1], around[2]);
+  vec2 below = MedianOf(around[6], around[7], around[8]);
+  float contrast = 0.0;
+  float share = -1.0;
+  CompareSides(MedianOf(around[0], around[3], around[6]),
+               MedianOf(around[2], around[5], around[8]), own.y, contrast, share);
+  CompareSides(above, below, own.y, contrast, share);
+  if (min(share, 1.0 - share) >= kLeastEdgeShare) return share;
+  if (agrees_with_mesh) return sun;
+  float at = Median(vec3(above.x, MedianOf(around[3], around[4], around[5]).x, below.x));
+  float left = dot(max(surface.shaded, p.least), vec3(1.0)) / dot(p.lit, vec3(1.0));
+  if (at > 0.0 && at < 1.0 && left < 1.0) at = (pow(left, -at) - 1.0) / (1.0 / left - 1.0);
+  return sun * at;
 }
 
 // ReflectedOf and Relit of relit_pixel.cpp.

@@ -1,10 +1,13 @@
 // Shade that the picture shows and the mesh does not cast, on virtual objects.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -50,11 +53,15 @@ class SeenShade : public testing::Test {
 
   FramePipeline PipelineOf(const std::vector<VirtualObject>& objects,
                            double sun = StillLight::kSun) {
+    return PipelineOf(objects, std::make_unique<StillLight>(sun));
+  }
+  FramePipeline PipelineOf(const std::vector<VirtualObject>& objects,
+                           std::unique_ptr<LightingSource> light) {
     FramePipelineOptions options = GroundStage::QuickOptions();
     options.effects = EffectSettings::Everything();
     options.effects[Effect::kCameraBlur] = EffectSwitch::kOff;
     return {{stage_.Scene(), stage_.Phantom(), std::nullopt, objects},
-            std::make_unique<StillLight>(sun),
+            std::move(light),
             compositor_,
             options};
   }
@@ -163,6 +170,39 @@ TEST_F(SeenShade, FallsOnTheOneOfTwoObjects) {
       EXPECT_NEAR(At(result, frame.camera, {x_m, y_m, 0.9}), kLit, 0.05 * kLit) << x_m;
     }
   }
+}
+
+// Known in its first frame, and then uncertain: a cloud comes.
+class FadingLight : public StillLight {
+ public:
+  tl::expected<LightingEstimate, LightingFailure> Estimate(
+      const LightingObservation& observation) override {
+    LightingEstimate estimate = StillLight::Estimate(observation).value();
+    constexpr std::size_t kSide = 6;
+    estimate.lighting.covariance.assign(kSide * kSide, 0.0);
+    if (frames_++ == 0) return estimate;
+    for (std::size_t i = 0; i < kSide; ++i) {
+      estimate.lighting.covariance[i * (kSide + 1)] = kSun * kSun;
+    }
+    return estimate;
+  }
+
+ private:
+  int frames_ = 0;
+};
+
+// The house that casts the shade still stands.
+TEST_F(SeenShade, IsHeldWhileTheLightIsUncertain) {
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  const Frame shaded = WithFactor([](const glm::dvec3&) { return kShaded / kLit; });
+  const Frame sunlit = stage_.MakeFrame();
+  const auto on_top_of_second = [&](const Frame& first, const Frame& second) {
+    FramePipeline pipeline = PipelineOf({box}, std::make_unique<FadingLight>());
+    pipeline.Process(first).value();
+    return At(pipeline.Process(second).value(), second.camera, {0.3, 0.0, 0.9});
+  };
+  EXPECT_NEAR(on_top_of_second(shaded, shaded), kShaded, 0.03 * kShaded);
+  EXPECT_NEAR(on_top_of_second(sunlit, shaded), kLit, 0.03 * kLit) << "not seen before";
 }
 
 // Pixels at the edge of a face that is turned away from the sun and one that is not.

@@ -73,7 +73,7 @@ TEST(SunSeenWithout, IsWhatTheCompositeTakesFromAPixelInShadow) {
         glm::min(expected * scene.ModelRadiance(i, 0.0) / before, glm::dvec3(pixel.observed));
     if (seen == 0.0) expected = glm::dvec3(pixel.observed);
     ++asked;
-    seen_count += seen > 0.0 ? 1 : 0;
+    seen_count += seen > 0.5 ? 1 : 0;
     // Half floats; and the shader leaves out what is below 2^-11.
     const double tolerance = 2e-3 * expected.g;
     other += std::abs(static_cast<double>(composite.radiance.pixels[i].g) - expected.g) > tolerance
@@ -207,6 +207,27 @@ TEST(SunSeenWithout, TakesNoNarrowDarkMarkForAShadow) {
     }
   }
   EXPECT_EQ(marked.SunAt(2, 8, true), 1.0f);
+}
+
+// A light that the picture contradicts puts a mottled surface between sun and shade. A new shadow
+// there has no steps: what is left changes a few times as much as the surface, and lies about
+// shade.
+TEST(SunSeenWithout, LeavesNoSpecksWhereTheLightIsWrong) {
+  constexpr float kRatio = 10.0f;
+  OnePlane plane(kRatio);
+  const auto left_of = [&](float radiance) {
+    plane.camera = RgbImage(OnePlane::kSide, OnePlane::kSide, glm::vec3(radiance));
+    return radiance / (1.0f + plane.SunAt(10, 10, true) * (kRatio - 1.0f));
+  };
+  constexpr float kStep = 1.02f;
+  float before = left_of(1.0f);
+  for (float radiance = kStep; radiance < kRatio; radiance *= kStep) {
+    const float left = left_of(radiance);
+    ASSERT_LT(std::abs(std::log(left / before)), 1.05f * std::log(kStep)) << radiance;
+    ASSERT_GT(left, 0.55f) << radiance;
+    ASSERT_LT(left, 1.7f) << radiance;
+    before = left;
+  }
 }
 
 }  // namespace

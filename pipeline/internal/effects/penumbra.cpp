@@ -21,6 +21,12 @@ struct PastMesh {
   SeenShade seen_shade;
 };
 
+// The shade that was seen last. Empty: none was.
+struct LastShade {
+  ViewOfPose view;
+  GrayImage left;
+};
+
 class Penumbra : public FrameEffect {
  public:
   explicit Penumbra(EffectStage& stage) : stage_(stage) {}
@@ -103,8 +109,8 @@ class Penumbra : public FrameEffect {
       return past_mesh;
     });
   }
-  // Less than a code value of the sun on the objects needs no search.
-  // In light that is hardly known, dark surfaces would count as shade.
+  // In light that is hardly known, dark surfaces would count as shade. Less than a code value of
+  // the sun on the objects needs no search.
   bool MayShowShade(const EffectFrame& frame) {
     return LightIsKnown(frame.lighting) && SunOnObjects(stage_, frame).code_values >= 1.0;
   }
@@ -113,16 +119,20 @@ class Penumbra : public FrameEffect {
     return {.expected_ms = seen_shade_cost_.Ms(), .nominal_ms = seen_shade_cost_.NominalMs()};
   }
   // Repeated for each picture: shade also moves when camera and sun do not, as that of trees in the
-  // wind, cars and people does.
+  // wind, cars and people does. Where it cannot be seen, the last that was seen from there is held:
+  // a house still stands while a cloud makes the light uncertain.
   void TakeSeenShade(const EffectFrame& frame) {
     PastMesh& past_mesh = on_objects_.Kept();
     const GrayImage* left = nullptr;
     if (MayShowShade(frame)) {
       Stopwatch watch;
       left = past_mesh.seen_shade.SunLeft(frame);
-      if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);
+      last_shade_ = {frame.Geometry(), left != nullptr ? *left : GrayImage()};
       seen_shade_cost_.Learn(watch.LapMs());
+    } else if (last_shade_.view == frame.Geometry() && !last_shade_.left.Empty()) {
+      left = &last_shade_.left;
     }
+    if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);
     if (left == nullptr && !is_past_mesh_) shares_.objects = past_mesh.share;
     is_past_mesh_ = left == nullptr;
   }
@@ -133,6 +143,7 @@ class Penumbra : public FrameEffect {
   LearnedCost real_cost_{4.0};
   LearnedCost object_cost_{4.0};
   LearnedCost seen_shade_cost_{1.0};
+  LastShade last_shade_;
   bool is_past_mesh_ = false;  // shares_.objects is on_objects_'s share.
   EffectStage& stage_;
 };

@@ -56,7 +56,7 @@ std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel) {
   if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
   const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
   if (state.model_visibility < 0.5f) return std::nullopt;
-  if (SunSeenWithout(frame, pixel, state) >= 0.5f) return true;
+  if (SunSeenWithout(frame, pixel, state) >= LeastLikelyShare(state)) return true;
   // Deviations of the albedo by which a surface in shade may be darker than predicted.
   constexpr float kDarkerSigmas = 2.0f;
   constexpr float kTiny = 1e-30f;
