@@ -26,6 +26,7 @@
 #include "scene/ray_caster.h"
 #include "scene/sky_shape.h"
 #include "session/available_memory.h"
+#include "session/map_sun_check.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
 
@@ -82,33 +83,23 @@ struct MapContradiction {
 std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map,
                                                    bool stated,
                                                    bool is_indoors) {
-  constexpr double kWorthAWarningRad = RadFromDeg(3.0);
   constexpr double kFarthestRad = RadFromDeg(30.0);  // Two hours of a clock that is off.
-  const std::optional<MapSun> shown = FindMapSun(map.radiance);
-  if (!shown) return std::nullopt;
-  const double angle_rad = AngleBetweenRad(shown->direction_enu, map.sun_direction_enu);
-  // Under a high sun a wrong north moves it less than it turns shadows.
-  const glm::dvec3& a = shown->direction_enu;
-  const glm::dvec3& b = map.sun_direction_enu;
-  const double turn_rad = std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y));
-  const double uncertain_turn_rad = shown->uncertain_rad / std::max(std::hypot(a.x, a.y), 1e-6);
-  if (!(angle_rad - shown->uncertain_rad >= kWorthAWarningRad) &&
-      !(turn_rad - uncertain_turn_rad >= kWorthAWarningRad)) {
-    return std::nullopt;
-  }
+  const auto found = CompareWithMapSun(map.radiance, map.sun_direction_enu);
+  if (!found) return std::nullopt;
+  const MapSun& shown = found->shown;
   MapContradiction contradiction;
   const bool may_be_a_lamp = is_indoors || !(map.sun_direction_enu.z > 0.0);
-  if (!may_be_a_lamp && shown->kind == MapSunKind::kDisc && angle_rad <= kFarthestRad) {
-    contradiction.sun_direction_enu = shown->direction_enu;
+  if (!may_be_a_lamp && shown.kind == MapSunKind::kDisc && found->angle_rad <= kFarthestRad) {
+    contradiction.sun_direction_enu = shown.direction_enu;
   }
   contradiction.words = fmt::format(
       "the map shows the sun {:.1f} deg ({:.1f} of azimuth) from where it is {}: at {} ({}), not "
       "at {}: {} may be wrong{}",
-      DegFromRad(angle_rad),
-      DegFromRad(turn_rad),
+      DegFromRad(found->angle_rad),
+      DegFromRad(found->turn_rad),
       stated ? "stated" : "computed",
-      AzimuthAndElevation(shown->direction_enu),
-      Describe(shown->kind),
+      AzimuthAndElevation(shown.direction_enu),
+      Describe(shown.kind),
       AzimuthAndElevation(map.sun_direction_enu),
       stated ? "environment.sun_direction_enu, or the map's orientation,"
              : "the map's orientation, north, place or time (zone)",

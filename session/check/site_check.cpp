@@ -16,7 +16,6 @@
 
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
-#include "relight/survey/map_sun.h"
 #include "scene/angle_between.h"
 #include "scene/image_io.h"
 #include "scene/mesh_io.h"
@@ -25,6 +24,7 @@
 #include "session/check/geometry_check.h"
 #include "session/check/map_check.h"
 #include "session/corrected_pose.h"
+#include "session/map_sun_check.h"
 #include "session/sequence_site.h"
 #include "sunmodel/angles.h"
 
@@ -66,6 +66,17 @@ std::string Words(const MapLayoutFit& fit) {
   return "turned about the vertical";
 }
 
+std::string Describe(const MapSunDisagreement& found,
+                     const char* how,
+                     const glm::dvec3& expected_enu) {
+  return fmt::format("the map shows it at {}, {} is {}: {:.1f} deg apart, {:.1f} of azimuth",
+                     AzimuthAndElevation(found.shown.direction_enu),
+                     how,
+                     AzimuthAndElevation(expected_enu),
+                     DegFromRad(found.angle_rad),
+                     DegFromRad(found.turn_rad));
+}
+
 SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
   SiteWarnings warnings;
   const EnvironmentEntry& entry = *sequence.environment;
@@ -87,38 +98,30 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
          "expected is row 0 at the zenith, +Y (north) in the middle column, +X (east) to the right "
          "of it: convert the picture"});
   }
-  const std::optional<MapSun> shown = FindMapSun(map);
-  if (!shown) return warnings;
   if (const std::optional<glm::dvec3>& stated = entry.sun_direction_enu) {
-    const double apart = AngleBetweenRad(shown->direction_enu, *stated);
-    if (apart - shown->uncertain_rad < kSunApartRad) return warnings;
-    warnings.push_back({"the environment map's sun is not where it is stated",
-                        "environment.sun_direction_enu",
-                        fmt::format("the map shows it at {}, stated is {}: {:.1f} deg apart",
-                                    AzimuthAndElevation(shown->direction_enu),
-                                    AzimuthAndElevation(*stated),
-                                    DegFromRad(apart)),
-                        "correct it, or the map's orientation"});
+    if (const auto found = CompareWithMapSun(map, glm::normalize(*stated))) {
+      warnings.push_back({"the environment map's sun is not where it is stated",
+                          "environment.sun_direction_enu",
+                          Describe(*found, "stated", *stated),
+                          "correct it, or the map's orientation"});
+    }
     return warnings;
   }
   if (!sequence.site) return warnings;
   const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
-  const double apart = AngleBetweenRad(shown->direction_enu, computed);
   const double in_north = std::max({kSunApartRad, 2.0 * sequence.north_stddev_rad});
-  if (apart - shown->uncertain_rad < in_north) return warnings;
-  const glm::dvec3 mirrored(
-      -shown->direction_enu.x, shown->direction_enu.y, shown->direction_enu.z);
-  const SeenSun seen{entry.time, shown->direction_enu, shown->uncertain_rad};
+  const auto found = CompareWithMapSun(map, computed, in_north);
+  if (!found) return warnings;
+  const MapSun& shown = found->shown;
+  const glm::dvec3 mirrored(-shown.direction_enu.x, shown.direction_enu.y, shown.direction_enu.z);
+  const SeenSun seen{entry.time, shown.direction_enu, shown.uncertain_rad};
   std::string remedy = RemedyFor(std::span(&seen, 1), sequence.site);
-  if (AngleBetweenRad(mirrored, computed) <= in_north + shown->uncertain_rad) {
+  if (AngleBetweenRad(mirrored, computed) <= in_north + shown.uncertain_rad) {
     remedy += "; a map that is mirrored left to right would explain it, too";
   }
   warnings.push_back({"the environment map's sun is not where place and time have it",
                       "environment.time_utc",
-                      fmt::format("the map shows it at {}, computed is {}: {:.1f} deg apart",
-                                  AzimuthAndElevation(shown->direction_enu),
-                                  AzimuthAndElevation(computed),
-                                  DegFromRad(apart)),
+                      Describe(*found, "computed", computed),
                       remedy});
   return warnings;
 }
