@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -245,9 +247,11 @@ SourceMaterial MeshCollector::MakeMaterial(std::uint32_t imported) {
   }
   const auto defined = obj_materials_.by_name.find(name);
   if (defined != obj_materials_.by_name.end()) return defined->second;
-  if (obj_materials_.libraries_read > 0) {
-    throw std::runtime_error(file_.string() + ": usemtl '" + name +
-                             "': no material library defines it");
+  if (!obj_materials_.libraries.empty()) {
+    throw std::runtime_error(fmt::format("{}: usemtl '{}': no material library defines it ({})",
+                                         file_.string(),
+                                         name,
+                                         fmt::join(obj_materials_.libraries, ", ")));
   }
   fallback.name = name;
   report_.notes.push_back("material '" + name + "': no material library, taken as grey 0.5");

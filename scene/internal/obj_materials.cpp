@@ -139,7 +139,6 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     }
   }
   finish();
-  ++materials.libraries_read;
 }
 
 // The libraries of one mtllib line: one name with blanks in it, or several names.
@@ -184,6 +183,7 @@ ObjMaterials ReadObjMaterials(const std::filesystem::path& obj) {
       std::error_code error;
       if (std::filesystem::is_regular_file(library, error)) {
         ReadLibrary(library, materials);
+        materials.libraries.push_back(name);
       } else {
         materials.missing_libraries.push_back(name);
       }

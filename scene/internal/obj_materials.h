@@ -16,8 +16,8 @@ namespace pleinair {
 struct ObjMaterials {
   std::map<std::string, SourceMaterial> by_name;
   TexturesByName textures;
+  std::vector<std::string> libraries;  // That were read.
   std::vector<std::string> missing_libraries;
-  int libraries_read = 0;
 };
 
 // Reads what the `mtllib` lines of `obj` name. Throws std::runtime_error with file, line and what
