@@ -45,9 +45,11 @@ glm::vec3 HalfSideOf(const BoundingBox& box) {
 glm::vec3 MiddleOf(const BoundingBox& box) { return 0.5f * (box.lower_m + box.upper_m); }
 // A correction counts in full while no corner of the object's box has moved farther than the box's
 // diagonal, and not at all from three diagonals on. Light from one side of an object counts by how
-// much that side still points the same way, as a mean over all axes.
+// much that side still points the same way, as a mean over all axes, to a power: for a turning
+// statue of 15000 faces 4 was better than 1 and 2.
 constexpr double kFullReach = 1.0;
 constexpr double kFarthestReach = 3.0;
+constexpr double kTurnPower = 4.0;
 
 // The turn in a transform that keeps angles.
 glm::dmat3 RotationOf(const glm::dmat4& pose) {
@@ -369,7 +371,7 @@ std::vector<float> LightInMotion::WeightsOf(const PlacedObjects& placed) const {
       const double still_points_there = (turn[0][0] + turn[1][1] + turn[2][2]) / 3.0;
       weights.back() = static_cast<float>(
           std::clamp((kFarthestReach - boxes) / (kFarthestReach - kFullReach), 0.0, 1.0) *
-          std::clamp(still_points_there, 0.0, 1.0));
+          std::pow(std::clamp(still_points_there, 0.0, 1.0), kTurnPower));
     }
   }
   return weights;

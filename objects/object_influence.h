@@ -35,7 +35,7 @@ enum class InfluenceAt {
 // Influence of objects in motion: with fewer rays and receivers, until they rest.
 struct InfluenceInMotionOptions {
   // As in ObjectInfluenceOptions. 0: an object in motion is treated as one at rest.
-  int rays_per_receiver = 64;
+  int rays_per_receiver = 32;
   double least_share = 1.0 / 128.0;
   double coarseness = 2.0;
   // At rest: for how many receivers rays are cast in a frame, until all have been. 0: all at once.

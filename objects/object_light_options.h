@@ -38,7 +38,7 @@ enum class Daylight {
 // Rays at the vertices of objects that move: for how many vertices they are cast in a frame. Those
 // of the others follow from what was found before (LightInMotion).
 struct GatherInMotionOptions {
-  int vertices_per_frame = 128;  // While an object moves. 0: all, as where they stand still.
+  int vertices_per_frame = 256;  // While an object moves. 0: all, as where they stand still.
   int vertices_at_rest = 1024;   // In frames after that, until all have been. 0: all at once.
   // Rays of a vertex in a coarse first frame (LightSteps::kFirst). 0: as many as in others.
   int rays_at_first = 64;
