@@ -21,6 +21,7 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
     if (result.estimate.samples_used == 0) {
       without_samples_.Add(frame.index);
     } else {
+      if (ModelMismatch(result.estimate)) mismatching_.Add(frame.index);
       AddWeather(frame, result.estimate);
     }
   }
@@ -51,6 +52,14 @@ std::vector<std::string> FrameFaults::Notes() const {
                     "is in view; earlier frames, survey and weather give it",
                     without_samples_.frames,
                     without_samples_.first));
+  }
+  if (mismatching_.frames > 0) {
+    notes.push_back(fmt::format(
+        "{} frames (first: {}) do not fit the model, and their light is uncertain: "
+        "things cover the surfaces (see `pleinair site mask`), or mesh, pose, albedo or "
+        "sun are wrong (see `pleinair site check`)",
+        mismatching_.frames,
+        mismatching_.first));
   }
   for (const auto& [weather, count] : contradicting_) {
     notes.push_back(

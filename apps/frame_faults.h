@@ -13,8 +13,8 @@
 namespace pleinair {
 
 // Counts frames by fault: pixels that composites could not be made from unchanged, nothing to
-// measure light on, a stated weather that the picture contradicts, a light without a colour that
-// daylight has.
+// measure light on, surfaces that are not as the model has them, a stated weather that the picture
+// contradicts, a light without a colour that daylight has.
 class FrameFaults {
  public:
   // `is_measured_in_pictures`: whether the light is that of the frames' own surfaces.
@@ -45,6 +45,7 @@ class FrameFaults {
 
   bool is_measured_in_pictures_;
   FrameCount without_samples_;
+  FrameCount mismatching_;
   std::map<Weather, FrameCount> contradicting_;  // By the weather that they look like.
   PixelCount not_finite_;
   PixelCount clamped_;

@@ -68,14 +68,15 @@ struct LightingEstimate {
   double relative_residual = 0.0;
 };
 
-// Whether the picture and the model differ too much for the stated deviations to be trusted. Causes
-// are a mesh, a pose or a sun in the wrong place, wet ground, or a façade of several colours.
-// Surveyed albedos of textured walls have residuals of 2 to 13 %; unseen windows and plants give up
-// to a third of outliers.
+// Surveyed albedos of textured walls have residuals of 2 to 13 %.
+inline constexpr double kLargestTrustedResidual = 0.2;
+
+// Whether the picture and the model differ too much for the light to be trusted. Causes are things
+// in front of the surfaces, a mesh, a pose or a sun in the wrong place, wet ground, or a façade of
+// several colours. Unseen windows and plants give up to a third of outliers.
 inline bool ModelMismatch(const LightingEstimate& estimate) {
-  constexpr double kLargestResidual = 0.2;
   constexpr double kFewestInliers = 0.6;
-  return estimate.samples_used > 0 && !(estimate.relative_residual <= kLargestResidual &&
+  return estimate.samples_used > 0 && !(estimate.relative_residual <= kLargestTrustedResidual &&
                                         estimate.inlier_fraction >= kFewestInliers);
 }
 

@@ -137,21 +137,49 @@ void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
   }
 }
 
+// Adds an error of sun and of sky, for each channel.
+void Widen(const glm::dvec3& sun_stddev, const glm::dvec3& sky_stddev, LightingFit& fit) {
+  const auto shapes = static_cast<double>(fit.irradiance_rgb.size() / 3 - 1);
+  for (int c = 0; c < 3; ++c) {
+    fit.covariance(c, c) += sun_stddev[c] * sun_stddev[c];
+    fit.data_covariance(c, c) += sun_stddev[c] * sun_stddev[c];
+    const double of_shape = sky_stddev[c] / shapes;
+    for (Eigen::Index u = 3 + c; u < fit.irradiance_rgb.size(); u += 3) {
+      for (Eigen::Index v = 3 + c; v < fit.irradiance_rgb.size(); v += 3) {
+        fit.covariance(u, v) += of_shape * of_shape;
+      }
+    }
+    fit.data_covariance(3 + c, 3 + c) += sky_stddev[c] * sky_stddev[c];
+  }
+}
+
 // A held value is not a measurement: real skies have from half a clear one's light to twice that
 // light.
 void WidenHeldSky(LightingFit& fit) {
   constexpr double kStddev = 0.6;
-  const Eigen::Index lights = fit.irradiance_rgb.size() / 3;
-  const auto shapes = static_cast<double>(lights - 1);
+  glm::dvec3 sky(0.0);
+  for (int c = 0; c < 3; ++c) sky[c] = kStddev * SkyOf(fit.irradiance_rgb, c);
+  Widen(glm::dvec3(0.0), sky, fit);
+}
+
+// Surfaces that differ from the model by a third show something else, and say as little of the
+// light: a car before a wall in shade looks like less sky, and more sun.
+void WidenByMisfit(LightingFit& fit) {
+  const double residual = fit.relative_residual;
+  if (!(residual > kLargestTrustedResidual)) return;
+  const double excess =
+      std::sqrt(residual * residual - kLargestTrustedResidual * kLargestTrustedResidual);
+  glm::dvec3 light(0.0);
   for (int c = 0; c < 3; ++c) {
-    const double deviation = kStddev * SkyOf(fit.irradiance_rgb, c) / shapes;
-    for (Eigen::Index u = 3 + c; u < fit.irradiance_rgb.size(); u += 3) {
-      for (Eigen::Index v = 3 + c; v < fit.irradiance_rgb.size(); v += 3) {
-        fit.covariance(u, v) += deviation * deviation;
-      }
-    }
-    fit.data_covariance(3 + c, 3 + c) += std::pow(shapes * deviation, 2);
+    light[c] = excess * (fit.irradiance_rgb[c] + SkyOf(fit.irradiance_rgb, c));
   }
+  Widen(light, light, fit);
+}
+
+// The share of a picture's evidence of the weather that counts.
+double TrustIn(const LightingFit& fit) {
+  const double ratio = kLargestTrustedResidual / std::max(fit.relative_residual, 1e-9);
+  return std::min(ratio * ratio, 1.0);
 }
 
 void Describe(const OutdoorConditions& conditions,
@@ -236,6 +264,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
     WidenHeldSky(fit);
   }
+  WidenByMisfit(fit);
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     std::string reason =
         "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
@@ -363,11 +392,12 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
   // Units of white balance and exposure that the last picture did not have.
   const bool has_new_units = prior.gain_is_free || expectation.exposure_changed;
   WeatherBelief belief = expectation.belief;
+  const double trust = TrustIn(fit);
   std::size_t w = 0;
   for (WeatherLight& state : belief.states) {
     if (!(state.share > 0.0)) continue;
     const WeatherFit& found = fit.weathers[w++];
-    state.share = found.share;
+    state.share += trust * (found.share - state.share);
     state.log_evidence = found.log_evidence;
     ScaleBy(prior.gain_is_free ? found.gain : 1.0, state.light);
     if (prior.gain_is_free) AddGainError(1.0, state.light);

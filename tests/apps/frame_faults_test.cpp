@@ -24,6 +24,8 @@ Frame FrameUnder(int index, std::optional<Weather> stated) {
 FrameResult Looking(double overcast, double broken, double clear) {
   FrameResult result;
   result.estimate.samples_used = 500;
+  result.estimate.inlier_fraction = 0.9;
+  result.estimate.relative_residual = 0.05;
   result.estimate.weather_shares = {overcast, broken, clear};
   return result;
 }
@@ -43,6 +45,15 @@ TEST(FrameFaults, DoubtsNoWeatherThatMayBeOrThatNobodyStated) {
   faults.Add(FrameUnder(0, Weather::kClear), Looking(0.7, 0.1, 0.2));
   faults.Add(FrameUnder(1, std::nullopt), Looking(1.0, 0.0, 0.0));
   EXPECT_THAT(faults.Notes(), IsEmpty());
+}
+
+TEST(FrameFaults, CountsFramesThatTheModelDoesNotExplain) {
+  FrameResult covered = Looking(0.0, 0.1, 0.9);
+  covered.estimate.relative_residual = 0.4;
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(1, std::nullopt), Looking(0.0, 0.1, 0.9));
+  faults.Add(FrameUnder(2, std::nullopt), covered);
+  EXPECT_THAT(faults.Notes(), ElementsAre(HasSubstr("1 frames (first: 2) do not fit the model")));
 }
 
 // Without samples the weather is not the picture's.

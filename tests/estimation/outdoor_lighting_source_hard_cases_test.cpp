@@ -178,6 +178,19 @@ TEST(OutdoorLightingSourceHardCases, APictureThatTheModelDoesNotExplainIsSaid) {
   ASSERT_TRUE(does_not.has_value());
   ExpectSane(*does_not);
   EXPECT_TRUE(ModelMismatch(*does_not));
+  // Nor is its light stated as if it did.
+  const Lighting& light = does_not->lighting;
+  const double all = light.sun.irradiance_rgb.g + light.SkyIrradianceRgb().g;
+  const double excess =
+      std::sqrt(std::pow(does_not->relative_residual, 2) - std::pow(kLargestTrustedResidual, 2));
+  EXPECT_GT(excess, 0.1);
+  const std::size_t unknowns = 3 * (1 + light.sky.size());
+  double of_sky = 0.0;
+  for (std::size_t i = 4; i < unknowns; i += 3) {
+    for (std::size_t j = 4; j < unknowns; j += 3) of_sky += light.covariance[i * unknowns + j];
+  }
+  EXPECT_GE(std::sqrt(light.covariance[unknowns + 1]), 0.99 * excess * all);
+  EXPECT_GE(std::sqrt(of_sky), 0.99 * excess * all);
 }
 
 // Water halves what paving sends back; a half of the paving is wet.
