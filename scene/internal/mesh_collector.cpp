@@ -197,14 +197,14 @@ std::uint32_t MeshCollector::SourceIndex(std::uint32_t imported) {
   if (material.ExceedsLimits()) {
     report_.notes.push_back("material '" + material.name + "': reflectance limited to below 1");
   }
-  NoteTexture(material);
+  NoteWhatIsLeftOut(material);
   const auto source = static_cast<std::uint32_t>(sources_.size());
   sources_.push_back(std::make_shared<const SourceMaterial>(std::move(material)));
   source_of_.emplace(imported, source);
   return source;
 }
 
-void MeshCollector::NoteTexture(const SourceMaterial& material) {
+void MeshCollector::NoteWhatIsLeftOut(const SourceMaterial& material) {
   const std::string label = "material '" + material.name + "': ";
   const bool by_place = colours_ == MeshColours::kByPlace;
   if (!material.unreadable_texture.empty()) {
@@ -223,6 +223,10 @@ void MeshCollector::NoteTexture(const SourceMaterial& material) {
     report_.notes.push_back(
         label + "texture taken at " + std::to_string(material.texture->Width()) + "x" +
         std::to_string(material.texture->Height()) + " texels, half its size or less");
+  }
+  if (material.opacity_left_out < 1.0f) {
+    report_.notes.push_back(
+        fmt::format("{}d {:g} left out, treated as opaque", label, material.opacity_left_out));
   }
   if (material.alpha_cutoff > 0.0f) {
     report_.notes.push_back(label + "alphaMode MASK " +

@@ -54,7 +54,7 @@ class MeshCollector {
   void RequireNear(const glm::dvec3& position_m) const;
   std::uint32_t SourceIndex(std::uint32_t imported);
   SourceMaterial MakeMaterial(std::uint32_t imported);
-  void NoteTexture(const SourceMaterial& material);
+  void NoteWhatIsLeftOut(const SourceMaterial& material);
   std::uint32_t GroupIndex(const ImportedNode& node, const ImportedMesh& mesh);
   void SettleByPlace(std::vector<LooseTriangle>& triangles);
   void SettleByMaterial(std::vector<LooseTriangle>& triangles);

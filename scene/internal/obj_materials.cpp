@@ -65,6 +65,7 @@ struct Definition {
   std::optional<float> roughness;           // Pr
   std::optional<float> phong_exponent;      // Ns
   std::string diffuse_texture;              // map_Kd
+  float opacity = 1.0f;                     // d
 };
 
 SourceMaterial Finish(const std::filesystem::path& library,
@@ -73,6 +74,7 @@ SourceMaterial Finish(const std::filesystem::path& library,
   SourceMaterial material;
   material.name = definition.name;
   material.dielectric_reflectance = definition.specular_reflectance;
+  material.opacity_left_out = definition.opacity;
   if (definition.diffuse_albedo) material.base_colour = *definition.diffuse_albedo;
   if (definition.roughness) {
     material.roughness = *definition.roughness;
@@ -121,7 +123,8 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
       current->name = std::string(rest);
       continue;
     }
-    const bool known = key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "map_Kd";
+    const bool known =
+        key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "d" || key == "map_Kd";
     if (!known) continue;
     if (!current) place.Refuse(std::string(key) + " before the first newmtl");
     if (key == "Kd") {
@@ -131,6 +134,8 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     } else if (key == "Pr") {
       current->roughness = Number(place, key, rest);
       if (*current->roughness > 1.0f) place.Refuse("Pr '" + std::string(rest) + "': expected 0..1");
+    } else if (key == "d") {
+      current->opacity = Number(place, key, rest);
     } else if (key == "Ns") {
       current->phong_exponent = Number(place, key, rest);
     } else {

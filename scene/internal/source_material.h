@@ -13,6 +13,7 @@ namespace pleinair {
 struct SourceMaterial : TexturedMaterial {
   unsigned texture_set = 0;        // Which of a vertex' texture coordinates.
   std::string unreadable_texture;  // One that is wanted, and cannot be read; else empty.
+  float opacity_left_out = 1.0f;   // Below 1: of a thing that is treated as opaque.
   // The transform of coordinates before the look-up, v down (KHR_texture_transform): scaled, turned
   // counter-clockwise around the origin, and moved.
   glm::dvec2 uv_scale{1.0};

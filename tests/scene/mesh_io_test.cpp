@@ -49,6 +49,25 @@ TEST(MeshIo, ReadsGroupsAndMaterialsByName) {
   EXPECT_THAT(loaded.report.notes, IsEmpty());
 }
 
+TEST(MeshIo, SaysThatAnObjsTransparencyIsLeftOut) {
+  const TemporaryFolder folder;
+  folder.Write("a.mtl", "newmtl glass\nKd 0.1 0.1 0.1\nd 0.25\nnewmtl wall\nKd 0.5 0.5 0.5\nd 1\n");
+  const LoadedMesh loaded = LoadMesh(folder.Write("a.obj",
+                                                  "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
+                                                  "usemtl glass\nf 1 2 3\nusemtl wall\nf 3 2 1\n"));
+  EXPECT_THAT(loaded.report.notes,
+              ElementsAre("material 'glass': d 0.25 left out, treated as opaque"));
+}
+
+TEST(MeshIo, NamesTheLibrariesThatLackAMaterial) {
+  const TemporaryFolder folder;
+  folder.Write("a.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n");
+  const auto obj =
+      folder.Write("a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl glass\nf 1 2 3\n");
+  EXPECT_THAT(MessageOf([&] { LoadMesh(obj); }),
+              testing::HasSubstr("usemtl 'glass': no material library defines it (a.mtl)"));
+}
+
 // As some programs write them; "usemtl .5" is a name.
 TEST(MeshIo, ReadsNumbersWithoutALeadingZero) {
   const TemporaryFolder folder;
