@@ -70,8 +70,9 @@ void NoteContradiction(const std::optional<SunContradiction>& contradiction,
                     stated ? "stated" : "computed",
                     shown,
                     AzimuthAndElevation(contradiction->stated_enu),
-                    stated ? "sun_direction_enu, or the camera's pose,"
-                           : "the model's north, place or time (zone)"));
+                    stated ? "sun_direction_enu, or the camera's pose or lens,"
+                           : "the model's north, place or time (zone), or the camera's pose or "
+                             "lens,"));
   }
   spdlog::warn("{}", notes.back());
 }
@@ -130,7 +131,10 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
       options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor;
   checks_ = std::make_unique<Checks>(is_measured_in_pictures);
   if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
-  if (is_measured_in_pictures) checks_->sun.emplace(model.mesh, model.diffuse_regions);
+  // Shadows of a mesh in another unit than the camera's are nowhere in the picture.
+  if (is_measured_in_pictures && !loaded.is_in_wrong_units) {
+    checks_->sun.emplace(model.mesh, model.diffuse_regions);
+  }
   TakeNotes();
   if (const std::string note = run.DaylightNote(); !note.empty()) {
     notes_.push_back(note);
@@ -138,8 +142,7 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
   }
   if (is_live_) return;
   for (const SiteWarning& warning : CheckFrameTimes(loaded.sequence)) {
-    Warn(fmt::format(
-        "{}: {}: {}; {}", warning.where, warning.what, warning.evidence, warning.remedy));
+    Warn(InOneLine(warning));
   }
 }
 

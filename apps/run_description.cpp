@@ -18,6 +18,18 @@ std::string DescribeDaylight(const RunCommandOptions& options, const SequenceSit
                      direct.shadows.map_size_px);
 }
 
+// What the frames are read as: one without the preferred kind has the other.
+std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
+  bool any_linear = preferred == FrameKind::kLinear && sequence.frames.empty();
+  bool any_8_bit = preferred == FrameKind::kLdr && sequence.frames.empty();
+  for (const FrameEntry& frame : sequence.frames) {
+    const bool is_linear =
+        preferred == FrameKind::kLinear ? frame.image.has_value() : !frame.image_ldr.has_value();
+    (is_linear ? any_linear : any_8_bit) = true;
+  }
+  return any_linear && any_8_bit ? "linear and 8-bit" : any_linear ? "linear" : "8-bit";
+}
+
 }  // namespace
 
 std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
@@ -33,7 +45,7 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
       fmt::format(
           "frames {}, {} samples, seed {}, bounces {}, object light by {}, direct daylight {}, "
           "light {}",
-          options.frames == FrameKind::kLinear ? "linear" : "ldr",
+          DescribeFrames(options.frames, loaded.sequence),
           options.light.samples,
           options.light.seed,
           options.prepare.bounces == kAllBounces ? "all" : std::to_string(options.prepare.bounces),

@@ -18,4 +18,9 @@ struct SiteWarning {
 
 using SiteWarnings = std::vector<SiteWarning>;
 
+// For a run's notes: "what where: evidence; remedy".
+inline std::string InOneLine(const SiteWarning& warning) {
+  return warning.where + ": " + warning.what + ": " + warning.evidence + "; " + warning.remedy;
+}
+
 }  // namespace pleinair

@@ -9,6 +9,7 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "datasets/lighting_record.h"
 #include "scene/image_io.h"
@@ -139,6 +140,26 @@ TEST_F(RunCommand, BadPixelsEndNoRun) {
   std::string line;
   std::getline(plan, line);
   EXPECT_THAT(line, HasSubstr(R"("pixels_not_finite":1,"pixels_clamped":1)"));
+}
+
+// What `site check` says of units, a run says too; and what its frames were.
+TEST_F(RunCommand, SaysThatAnObjectIsNotInMetres) {
+  const fs::path sequence = folder_ / "sequence";
+  fs::copy(options_.sequence, sequence, fs::copy_options::recursive);
+  std::ifstream stream(sequence / "sequence.json");
+  nlohmann::json json = nlohmann::json::parse(stream);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      auto& value = json.at("virtual_object").at("world_from_object").at(row).at(column);
+      value = 100.0 * value.get<double>();
+    }
+  }
+  std::ofstream(sequence / "sequence.json") << json;
+  options_.sequence = sequence;
+  RunRunCommand(options_);
+  const std::string report = ContentOf(options_.out / "report.html");
+  EXPECT_THAT(report, HasSubstr("the virtual object seems not to be in metres"));
+  EXPECT_THAT(report, HasSubstr("frames linear, "));
 }
 
 // No file may grow beyond half of what the report's pictures take: they are kept in memory, and
