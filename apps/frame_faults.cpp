@@ -21,8 +21,11 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
     if (result.estimate.samples_used == 0) {
       without_samples_.Add(frame.index);
     } else {
-      if (ModelMismatch(result.estimate)) mismatching_.Add(frame.index);
-      AddWeather(frame, result.estimate);
+      if (ModelMismatch(result.estimate)) {
+        mismatching_.Add(frame.index);
+      } else {
+        AddWeather(frame, result.estimate);
+      }
     }
   }
   not_finite_.Add(frame.defects.not_finite);
@@ -55,7 +58,7 @@ std::vector<std::string> FrameFaults::Notes() const {
   }
   if (mismatching_.frames > 0) {
     notes.push_back(fmt::format(
-        "{} frames (first: {}) do not fit the model, and their light is uncertain: "
+        "{} frames (first: {}) do not fit the model, and their light may be wrong: "
         "things cover the surfaces (see `pleinair site mask`), or mesh, pose, albedo or "
         "sun are wrong (see `pleinair site check`)",
         mismatching_.frames,

@@ -13,7 +13,7 @@
 namespace pleinair {
 
 // Counts frames by fault: pixels that composites could not be made from unchanged, nothing to
-// measure light on, surfaces that are not as the model has them, a stated weather that the picture
+// measure light on, surfaces that differ from the model, a stated weather that the picture
 // contradicts, a light without a colour that daylight has.
 class FrameFaults {
  public:

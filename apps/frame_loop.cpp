@@ -131,7 +131,7 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
       options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor;
   checks_ = std::make_unique<Checks>(is_measured_in_pictures);
   if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
-  // Shadows of a mesh in another unit than the camera's are nowhere in the picture.
+  // The shadows of a mesh in another unit are nowhere in the picture.
   if (is_measured_in_pictures && !loaded.is_in_wrong_units) {
     checks_->sun.emplace(model.mesh, model.diffuse_regions);
   }

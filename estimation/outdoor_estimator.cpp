@@ -162,8 +162,9 @@ void WidenHeldSky(LightingFit& fit) {
   Widen(glm::dvec3(0.0), sky, fit);
 }
 
-// Surfaces that differ from the model by a third show something else, and say as little of the
-// light: a car before a wall in shade looks like less sky, and more sun.
+// Surfaces that differ much from the model show something else, and say as little of the light: a
+// car before a wall in shade looks like less sky, and more sun. Below the trusted residual nothing
+// is added.
 void WidenByMisfit(LightingFit& fit) {
   const double residual = fit.relative_residual;
   if (!(residual > kLargestTrustedResidual)) return;
@@ -173,13 +174,21 @@ void WidenByMisfit(LightingFit& fit) {
   for (int c = 0; c < 3; ++c) {
     light[c] = excess * (fit.irradiance_rgb[c] + SkyOf(fit.irradiance_rgb, c));
   }
+  if (!fit.sun_is_fitted) {
+    Widen(glm::dvec3(0.0), light, fit);
+    return;
+  }
   Widen(light, light, fit);
+  for (int c = 0; c < 3; ++c) {
+    fit.sun_stddev_data_rgb[c] = std::hypot(fit.sun_stddev_data_rgb[c], light[c]);
+  }
 }
 
 // The share of a picture's evidence of the weather that counts.
 double TrustIn(const LightingFit& fit) {
-  const double ratio = kLargestTrustedResidual / std::max(fit.relative_residual, 1e-9);
-  return std::min(ratio * ratio, 1.0);
+  if (!(fit.relative_residual > kLargestTrustedResidual)) return 1.0;
+  const double ratio = kLargestTrustedResidual / fit.relative_residual;
+  return ratio * ratio;
 }
 
 void Describe(const OutdoorConditions& conditions,
@@ -398,7 +407,7 @@ void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& 
     if (!(state.share > 0.0)) continue;
     const WeatherFit& found = fit.weathers[w++];
     state.share += trust * (found.share - state.share);
-    state.log_evidence = found.log_evidence;
+    state.log_evidence = trust * found.log_evidence;
     ScaleBy(prior.gain_is_free ? found.gain : 1.0, state.light);
     if (prior.gain_is_free) AddGainError(1.0, state.light);
     if (has_new_units) AddChannelGainError(prior.channel_gain_stddev, state.light);

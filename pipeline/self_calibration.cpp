@@ -247,7 +247,7 @@ SelfCalibration SelfCalibrateAlbedo(
                            : std::string("the materials' own")) +
       (result.colour_from_sun ? ", their colour from the clear-sky beam's"
                               : ", their colour the materials' own: where that is wrong, the "
-                                "light's is, too (a survey map would tell)") +
+                                "light's is, too (a survey map would determine it)") +
       (result.converged ? "" : "; still moving when stopped"));
   return result;
 }

@@ -81,7 +81,7 @@ class Predictions {
   }
   // Of the sun, of which a new shadow leaves left_in_shade_^place.
   float ShareAt(float place) const {
-    if (place <= 0.0f || place >= 1.0f || left_in_shade_ >= 1.0f) return place;
+    if (place <= 0.0f || place >= 1.0f || left_in_shade_ > kEvenLeft) return place;
     return (std::pow(left_in_shade_, -place) - 1.0f) / (1.0f / left_in_shade_ - 1.0f);
   }
   bool IsSurelyLit(const glm::vec3& observed) const { return !(Sum(observed) < surely_lit_); }

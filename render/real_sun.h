@@ -35,11 +35,11 @@ struct RealPicture {
 // to which the mesh adds its own, so that dark ground under a weak sun is not treated as shadow.
 // Near an edge of the model the mesh may be wrong about the place, and adds nothing.
 //
-// A radiance far from both predictions is evidence of neither: there the light is wrong, or the
-// surface is another one. Between two deviations over shade and two below sun (around the x of even
-// odds) a pixel is partly in the sun: what a new shadow leaves of it falls evenly, in log, from all
-// to that of shade over sun. A step in between would cover the shadow with specks. The median over
-// three channels is robust to one that is dead or coloured.
+// A radiance between the predictions and far from both supports neither: the light is wrong there,
+// or the surface is another one. Between two deviations over shade and two below sun (around the x
+// of even odds) a pixel is partly in the sun: what a new shadow leaves of it falls evenly, in log,
+// from all to that of shade over sun. A step in between would cover the shadow with specks. The
+// median over three channels is robust to one that is dead or coloured.
 //
 // Where that disagrees with the mesh, it is replaced by the median of the medians of three rows of
 // three pixels on the same plane, with the pixel in the middle. A joint between bricks or a pebble
@@ -50,10 +50,12 @@ struct RealPicture {
 // has between theirs. Otherwise a new shadow would leave pixels there darker than shade, or
 // brighter.
 //
-// Accuracy  equal to the shader's up to rounding.
+// Accuracy  equal to the shader's up to rounding: a pixel at the bound of an edge, or of agreement
+//           with the mesh, may fall to either side.
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);
 
-// The least share of a pixel that is more likely in the sun than in shade.
+// The share of a pixel at even odds: with more, the pixel is more likely in the sun than in shade.
+// Where sun and shade are one, half of the model's.
 float LeastLikelyShare(const RealPixel& pixel);
 
 // One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
@@ -74,6 +76,8 @@ inline constexpr float kSurelySigmas = 2.0f;
 // Half the least width, in log, of what is in between: where sun and shade differ by less than four
 // deviations.
 inline constexpr float kLeastHalfBetween = 0.02f;
+// Where shade has so much of sunlight's radiance, both are one, and shares are even.
+inline constexpr float kEvenLeft = 0.999f;
 // Two sides of an edge differ by at least this part of what is in between.
 inline constexpr float kLeastEdgeStep = 0.5f;
 // Nearer to one of its sides a pixel is not within an edge.

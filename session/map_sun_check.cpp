@@ -18,7 +18,10 @@ std::optional<MapSunDisagreement> CompareWithMapSun(const RgbImage& radiance,
       .shown = *shown,
       .angle_rad = AngleBetweenRad(a, b),
       .turn_rad = std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y))};
-  const double uncertain_turn_rad = shown->uncertain_rad / std::max(std::hypot(a.x, a.y), 1e-6);
+  // An azimuth is less certain near the zenith.
+  constexpr double kAtTheZenith = 1e-6;
+  const double level = std::max(std::min(std::hypot(a.x, a.y), std::hypot(b.x, b.y)), kAtTheZenith);
+  const double uncertain_turn_rad = shown->uncertain_rad / level;
   if (found.angle_rad - shown->uncertain_rad >= least_rad) return found;
   if (found.turn_rad - uncertain_turn_rad >= least_rad) return found;
   return std::nullopt;

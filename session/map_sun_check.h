@@ -17,11 +17,13 @@ struct MapSunDisagreement {
   double turn_rad = 0.0;   // Between their azimuths.
 };
 
-// None where the map shows no sun, or one within `least_rad`, and what is uncertain of it, of
-// `expected_enu` (unit): as an angle, and in azimuth, as under a high sun a wrong north moves it
-// less than it turns shadows.
+inline constexpr double kWorthAWarningRad = RadFromDeg(3.0);
+
+// None where the map shows no sun, or shows it within `least_rad` of `expected_enu` (unit), its
+// uncertainty added. Both the angle and the azimuth are compared: under a high sun a wrong north
+// moves the sun less than it turns shadows.
 std::optional<MapSunDisagreement> CompareWithMapSun(const RgbImage& radiance,
                                                     const glm::dvec3& expected_enu,
-                                                    double least_rad = RadFromDeg(3.0));
+                                                    double least_rad = kWorthAWarningRad);
 
 }  // namespace pleinair

@@ -18,7 +18,6 @@
 #include "pipeline/sun_state.h"
 #include "relight/survey/map_sun.h"
 #include "relight/transport/shading_mesh.h"
-#include "scene/angle_between.h"
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/mesh_io.h"
@@ -410,9 +409,8 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
     site.model.material_albedo_stddev =
         sequence.albedos_assumed ? kAssumedAlbedoStddev : kUnknownAlbedoStddev;
     site.materials_note = fmt::format(
-        "no environment map: the materials' {} is used, +/- {:.0f} %; the light's colour is only "
-        "as "
-        "well known as theirs",
+        "no environment map: the materials' {} is used, +/- {:.0f} %, and the light's colour is "
+        "known only as well",
         sequence.albedos_assumed ? "assumed albedo" : "Kd, which is neither known nor assumed,",
         100.0 * site.model.material_albedo_stddev);
   }

@@ -31,7 +31,7 @@ std::string RelightConstants() {
          constant("kAroundPx", static_cast<float>(kAroundPx)) +
          constant("kOnePlaneCosine", kOnePlaneCosine) + constant("kMeshLogOdds", kMeshLogOdds) +
          constant("kSurelyLit", kSurelyLit) + constant("kSurelySigmas", kSurelySigmas) +
-         constant("kLeastHalfBetween", kLeastHalfBetween) +
+         constant("kLeastHalfBetween", kLeastHalfBetween) + constant("kEvenLeft", kEvenLeft) +
          constant("kLeastEdgeStep", kLeastEdgeStep) + constant("kLeastEdgeShare", kLeastEdgeShare) +
          constant("kTrustedEdgeDistancePx", kTrustedEdgeDistancePx) +
          constant("kLeastRelitChange", kLeastRelitChange) +

@@ -171,7 +171,7 @@ struct Predictions {
   vec3 per_log;
   vec3 log_agrees_from;
 };
-// What has no sun is either side of no light, as the mesh has it.
+// In place of a bound's logarithm where a channel has no sun: the mesh alone decides.
 const float kNoLightLog = 1e9;
 Predictions PredictionsOf(vec3 lit, vec3 shaded, float sigma, float of_mesh) {
   Predictions p;
@@ -268,7 +268,7 @@ float SunWithout(ivec2 pixel, vec3 observed, bool clipped, Surface surface) {
   if (agrees_with_mesh) return sun;
   float at = Median(vec3(above.x, MedianOf(around[3], around[4], around[5]).x, below.x));
   float left = dot(max(surface.shaded, p.least), vec3(1.0)) / dot(p.lit, vec3(1.0));
-  if (at > 0.0 && at < 1.0 && left < 1.0) at = (pow(left, -at) - 1.0) / (1.0 / left - 1.0);
+  if (at > 0.0 && at < 1.0 && left <= kEvenLeft) at = (pow(left, -at) - 1.0) / (1.0 / left - 1.0);
   return sun * at;
 }
 

@@ -46,6 +46,14 @@ float Number(const Place& place, std::string_view key, std::string_view word) {
   return value;
 }
 
+// An opacity is left out, so that a malformed one is no error.
+float OpacityOr1(std::string_view rest) {
+  const std::string_view word = rest.substr(rest.find_last_of(" \t") + 1);
+  float value = 1.0f;
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+  return result.ec == std::errc() && value >= 0.0f ? std::min(value, 1.0f) : 1.0f;
+}
+
 // One value is used for all three.
 glm::vec3 Colour(const Place& place, std::string_view key, std::string_view rest) {
   std::vector<float> values;
@@ -123,8 +131,8 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
       current->name = std::string(rest);
       continue;
     }
-    const bool known =
-        key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "d" || key == "map_Kd";
+    if (key == "d" && current) current->opacity = OpacityOr1(rest);
+    const bool known = key == "Kd" || key == "Ks" || key == "Pr" || key == "Ns" || key == "map_Kd";
     if (!known) continue;
     if (!current) place.Refuse(std::string(key) + " before the first newmtl");
     if (key == "Kd") {
@@ -134,8 +142,6 @@ void ReadLibrary(const std::filesystem::path& library, ObjMaterials& materials) 
     } else if (key == "Pr") {
       current->roughness = Number(place, key, rest);
       if (*current->roughness > 1.0f) place.Refuse("Pr '" + std::string(rest) + "': expected 0..1");
-    } else if (key == "d") {
-      current->opacity = Number(place, key, rest);
     } else if (key == "Ns") {
       current->phong_exponent = Number(place, key, rest);
     } else {

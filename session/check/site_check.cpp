@@ -31,8 +31,6 @@
 namespace pleinair {
 namespace {
 
-constexpr double kSunApartRad = RadFromDeg(3.0);
-
 void Append(SiteWarnings more, SiteWarnings& warnings) {
   warnings.insert(
       warnings.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -109,7 +107,7 @@ SiteWarnings CheckMap(const Sequence& sequence, const Mesh& mesh, const RayCaste
   }
   if (!sequence.site) return warnings;
   const glm::dvec3 computed = SunOverSite(*sequence.site, entry.time).direction_enu;
-  const double in_north = std::max({kSunApartRad, 2.0 * sequence.north_stddev_rad});
+  const double in_north = std::max({kWorthAWarningRad, 2.0 * sequence.north_stddev_rad});
   const auto found = CompareWithMapSun(map, computed, in_north);
   if (!found) return warnings;
   const MapSun& shown = found->shown;
@@ -172,7 +170,7 @@ class ShownSuns {
     std::optional<SiteWarning>& warning = is_stated ? stated_ : computed_;
     const double apart = AngleBetweenRad(shown.direction_enu, expected);
     const double least_rad =
-        std::max(kSunApartRad, is_stated ? 0.0 : 2.0 * sequence_.north_stddev_rad);
+        std::max(kWorthAWarningRad, is_stated ? 0.0 : 2.0 * sequence_.north_stddev_rad);
     if (!shown.contradicts || warning || apart < least_rad) return;
     warning = SiteWarning{
         is_stated ? "the sun in the pictures is not where it is stated, or the map shows it"

@@ -18,7 +18,7 @@ struct SiteWarning {
 
 using SiteWarnings = std::vector<SiteWarning>;
 
-// For a run's notes: "what where: evidence; remedy".
+// For a run's notes: "where: what: evidence; remedy".
 inline std::string InOneLine(const SiteWarning& warning) {
   return warning.where + ": " + warning.what + ": " + warning.evidence + "; " + warning.remedy;
 }

@@ -48,11 +48,12 @@ TEST(FrameFaults, DoubtsNoWeatherThatMayBeOrThatNobodyStated) {
 }
 
 TEST(FrameFaults, CountsFramesThatTheModelDoesNotExplain) {
+  // Nor is its weather known.
   FrameResult covered = Looking(0.0, 0.1, 0.9);
   covered.estimate.relative_residual = 0.4;
   FrameFaults faults(true);
   faults.Add(FrameUnder(1, std::nullopt), Looking(0.0, 0.1, 0.9));
-  faults.Add(FrameUnder(2, std::nullopt), covered);
+  faults.Add(FrameUnder(2, Weather::kOvercast), covered);
   EXPECT_THAT(faults.Notes(), ElementsAre(HasSubstr("1 frames (first: 2) do not fit the model")));
 }
 

@@ -52,9 +52,10 @@ TEST(MeshIo, ReadsGroupsAndMaterialsByName) {
 TEST(MeshIo, SaysThatAnObjsTransparencyIsLeftOut) {
   const TemporaryFolder folder;
   folder.Write("a.mtl", "newmtl glass\nKd 0.1 0.1 0.1\nd 0.25\nnewmtl wall\nKd 0.5 0.5 0.5\nd 1\n");
-  const LoadedMesh loaded = LoadMesh(folder.Write("a.obj",
-                                                  "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n"
-                                                  "usemtl glass\nf 1 2 3\nusemtl wall\nf 3 2 1\n"));
+  const LoadedMesh loaded =
+      LoadMesh(folder.Write("a.obj",
+                            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\n"
+                            "usemtl glass\nf 1 2 3\nusemtl wall\nf 2 3 4\n"));
   EXPECT_THAT(loaded.report.notes,
               ElementsAre("material 'glass': d 0.25 left out, treated as opaque"));
 }

@@ -2,12 +2,15 @@
 #include <cstddef>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "estimation/lighting_source.h"
 #include "objects/learned_cost.h"
 #include "objects/shadow_places.h"
 #include "pipeline/internal/effects/bound_terms.h"
 #include "pipeline/internal/effects/effect_stage.h"
 #include "pipeline/internal/effects/seen_shade.h"
+#include "scene/angle_between.h"
 #include "scene/cached.h"
 #include "scene/stopwatch.h"
 
@@ -21,10 +24,18 @@ struct PastMesh {
   SeenShade seen_shade;
 };
 
-// The shade that was seen last. Empty: none was.
+// The shade that was seen last, and from where. Empty: none was.
 struct LastShade {
   ViewOfPose view;
+  glm::dvec3 to_sun{0.0};
   GrayImage left;
+
+  // A sun that has moved farther, 20 minutes by day, casts other shadows.
+  bool HoldsFor(const EffectFrame& frame) const {
+    constexpr double kFarthestRad = 0.087;
+    return !left.Empty() && view == frame.Geometry() &&
+           AngleBetweenRad(to_sun, frame.basis.Sun().direction_enu) < kFarthestRad;
+  }
 };
 
 class Penumbra : public FrameEffect {
@@ -127,9 +138,10 @@ class Penumbra : public FrameEffect {
     if (MayShowShade(frame)) {
       Stopwatch watch;
       left = past_mesh.seen_shade.SunLeft(frame);
-      last_shade_ = {frame.Geometry(), left != nullptr ? *left : GrayImage()};
+      last_shade_ = {
+          frame.Geometry(), frame.basis.Sun().direction_enu, left != nullptr ? *left : GrayImage()};
       seen_shade_cost_.Learn(watch.LapMs());
-    } else if (last_shade_.view == frame.Geometry() && !last_shade_.left.Empty()) {
+    } else if (!LightIsKnown(frame.lighting) && last_shade_.HoldsFor(frame)) {
       left = &last_shade_.left;
     }
     if (left != nullptr) TakeSun(past_mesh.share, *left, shares_.objects);

@@ -16,6 +16,11 @@
 namespace pleinair {
 namespace {
 
+// Radiance of a white surface that faces a sun of ten times the sky, per unit of the sky's
+// irradiance: a bound of the largest channel. What is brighter shines by itself, such as a street
+// lamp at night, and does not follow the sky.
+constexpr double kMostReflected = 11.0 / std::numbers::pi;
+
 // The edge: means of this height above and below it, blurred over the gap.
 constexpr double kEdgeWindowDeg = 0.7;
 constexpr double kEdgeGapDeg = 0.35;
@@ -204,15 +209,6 @@ Gray8Image FindHiddenSky(const RgbImage& radiance, const Gray8Image& shows_sky) 
   return AmongNeighbours(found, shows_sky);
 }
 
-namespace {
-
-// Radiance of a white surface that faces a sun of ten times the sky, per unit of the sky's
-// irradiance. What is brighter shines by itself, such as a street lamp at night, and does not
-// follow the sky.
-constexpr double kMostReflected = 11.0 / std::numbers::pi;
-
-}  // namespace
-
 Skyline SkylineOf(const RgbImage& radiance,
                   const Gray8Image& hidden,
                   const glm::dvec3& sky_irradiance_rgb) {
@@ -233,11 +229,13 @@ Skyline SkylineOf(const RgbImage& radiance,
       const int row = std::min(y, rows - 1);
       if (hidden.At(x, row) == 0) continue;
       share.At(x, y) = glm::vec3(1.0f);
+      glm::dvec3 share_rgb(0.0);
       for (int c = 0; c < 3; ++c) {
-        if (!(sky_irradiance_rgb[c] > 0.0)) continue;
-        reflected.At(x, y)[c] = static_cast<float>(
-            std::min(radiance.At(x, row)[c] / sky_irradiance_rgb[c], kMostReflected));
+        if (sky_irradiance_rgb[c] > 0.0)
+          share_rgb[c] = radiance.At(x, row)[c] / sky_irradiance_rgb[c];
       }
+      const double most = std::max({share_rgb.x, share_rgb.y, share_rgb.z, kMostReflected});
+      reflected.At(x, y) = glm::vec3(kMostReflected / most * share_rgb);
     }
   }
   const LatLongSize size{width, radiance.height};
