@@ -20,12 +20,10 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
   if (is_measured_in_pictures_) {
     if (result.estimate.samples_used == 0) {
       without_samples_.Add(frame.index);
+    } else if (ModelMismatch(result.estimate)) {
+      mismatching_.Add(frame.index);
     } else {
-      if (ModelMismatch(result.estimate)) {
-        mismatching_.Add(frame.index);
-      } else {
-        AddWeather(frame, result.estimate);
-      }
+      AddWeather(frame, result.estimate);
     }
   }
   not_finite_.Add(frame.defects.not_finite);
@@ -49,28 +47,23 @@ std::vector<std::string> FrameFaults::Notes() const {
   };
   add_pixels(not_finite_, "not finite: not used for the estimate, and written unchanged");
   add_pixels(clamped_, fmt::format("beyond half floats: written as {}", kLargestHalf));
-  if (without_samples_.frames > 0) {
-    notes.push_back(
-        fmt::format("the light of {} frames (first: {}) could not be measured: no usable surface "
-                    "is in view; earlier frames, survey and weather give it",
-                    without_samples_.frames,
-                    without_samples_.first));
-  }
-  if (mismatching_.frames > 0) {
-    notes.push_back(fmt::format(
-        "{} frames (first: {}) do not fit the model, and their light may be wrong: "
-        "things cover the surfaces (see `pleinair site mask`), or mesh, pose, albedo or "
-        "sun are wrong (see `pleinair site check`)",
-        mismatching_.frames,
-        mismatching_.first));
-  }
+  const auto add_frames =
+      [&notes](const std::string& which, const FrameCount& count, const std::string& what) {
+        if (count.frames == 0) return;
+        notes.push_back(
+            fmt::format("frames {}: {} (first: {}); {}", which, count.frames, count.first, what));
+      };
+  add_frames("whose light could not be measured",
+             without_samples_,
+             "no usable surface is in view; earlier frames, survey and weather give it");
+  add_frames("that do not fit the model",
+             mismatching_,
+             "their light may be wrong: things cover the surfaces (see `pleinair site mask`), or "
+             "mesh, pose, albedo or sun are wrong (see `pleinair site check`)");
   for (const auto& [weather, count] : contradicting_) {
-    notes.push_back(
-        fmt::format("{} frames (first: {}) look {}, which contradicts the stated weather: the "
-                    "pictures decide; leave it out, or state it for each frame",
-                    count.frames,
-                    count.first,
-                    NameOf(weather)));
+    add_frames(fmt::format("that look {}, against the stated weather", NameOf(weather)),
+               count,
+               "the pictures decide; leave it out, or state it for each frame");
   }
   if (frames_without_colour_ > 0) {
     notes.push_back(

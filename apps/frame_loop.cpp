@@ -132,10 +132,12 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
   checks_ = std::make_unique<Checks>(is_measured_in_pictures);
   if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
   // The shadows of a mesh in another unit are nowhere in the picture.
-  if (is_measured_in_pictures && !loaded.is_in_wrong_units) {
-    checks_->sun.emplace(model.mesh, model.diffuse_regions);
-  }
+  const bool is_sun_checked = is_measured_in_pictures && !loaded.site.IsInWrongUnits();
+  if (is_sun_checked) checks_->sun.emplace(model.mesh, model.diffuse_regions);
   TakeNotes();
+  if (is_measured_in_pictures && !is_sun_checked) {
+    Warn("the sun's direction is not compared with the shadows, as units seem to be wrong");
+  }
   if (const std::string note = run.DaylightNote(); !note.empty()) {
     notes_.push_back(note);
     spdlog::info("{}", note);

@@ -23,9 +23,7 @@ std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
   bool any_linear = preferred == FrameKind::kLinear && sequence.frames.empty();
   bool any_8_bit = preferred == FrameKind::kLdr && sequence.frames.empty();
   for (const FrameEntry& frame : sequence.frames) {
-    const bool is_linear =
-        preferred == FrameKind::kLinear ? frame.image.has_value() : !frame.image_ldr.has_value();
-    (is_linear ? any_linear : any_8_bit) = true;
+    (IsPlayedLinear(frame, preferred) ? any_linear : any_8_bit) = true;
   }
   return any_linear && any_8_bit ? "linear and 8-bit" : any_linear ? "linear" : "8-bit";
 }

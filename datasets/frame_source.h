@@ -32,6 +32,9 @@ ResponseCurve ResponseOf(const Sequence& sequence);
 // Linear pictures or 8-bit ones, where a frame has both.
 enum class FrameKind { kLinear, kLdr };
 
+// Whether a frame is played from its linear picture.
+bool IsPlayedLinear(const FrameEntry& entry, FrameKind preferred);
+
 // Plays a recorded sequence. `preferred` decides where a frame has both kinds; a frame with one
 // kind plays that one. The sequence is copied.
 //

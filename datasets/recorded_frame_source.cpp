@@ -128,8 +128,7 @@ class RecordedFrameSource final : public FrameSource {
     frame.exposure = entry.EffectiveExposure();
     frame.exposure_s = entry.exposure_s;
     frame.sample_polygons = entry.sample_polygons;
-    const bool linear =
-        preferred_ == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
+    const bool linear = IsPlayedLinear(entry, preferred_);
     if (entry.raw) {
       ReadRaw(FileOf(entry.raw->image), *entry.raw, frame);
     } else if (linear) {
@@ -137,7 +136,7 @@ class RecordedFrameSource final : public FrameSource {
     } else {
       ReadCodes(FileOf(*entry.image_ldr), entry.video_frame, frame);
     }
-    if ((!linear || entry.raw) && !entry.exposure) {
+    if (!linear && !entry.exposure) {
       frame.units = frame.exposure ? LightUnits::kRelative : LightUnits::kRelativePerFrame;
     }
     mask_.ApplyTo(frame);
@@ -196,6 +195,11 @@ ResponseCurve ResponseOf(const Sequence& sequence) {
   return sequence.response_ldr == "srgb8"
              ? ResponseCurve::Srgb()
              : ResponseCurve::FromFile(FileInside(sequence.folder, sequence.response_ldr));
+}
+
+bool IsPlayedLinear(const FrameEntry& entry, FrameKind preferred) {
+  if (entry.raw) return false;
+  return preferred == FrameKind::kLinear ? entry.image.has_value() : !entry.image_ldr.has_value();
 }
 
 std::unique_ptr<FrameSource> MakeRecordedFrameSource(const Sequence& sequence,

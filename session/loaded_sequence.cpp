@@ -12,9 +12,7 @@
 #include "pipeline/north_correction.h"
 #include "pipeline/self_calibration.h"
 #include "scene/mesh_io.h"
-#include "scene/ray_caster.h"
 #include "session/available_memory.h"
-#include "session/check/geometry_check.h"
 #include "session/corrected_pose.h"
 #include "session/file_blob_store.h"
 #include "session/session_choices.h"
@@ -157,18 +155,6 @@ std::string NoteMemoryOf(const Sequence& sequence) {
              : std::string();
 }
 
-void NoteUnits(LoadedSequence& loaded) {
-  SequenceSite& site = loaded.site;
-  for (const SiteWarning& warning : CheckUnits(loaded.sequence,
-                                               site.model.mesh,
-                                               RayCaster(site.model.mesh),
-                                               site.objects,
-                                               site.motions)) {
-    site.notes.push_back(InOneLine(warning));
-    if (warning.spoils_forecast) loaded.is_in_wrong_units = true;
-  }
-}
-
 void Load(const SessionOptions& options, const Progress& progress, LoadedSequence& loaded) {
   const std::string note_on_memory = NoteMemoryOf(loaded.sequence);
   const std::vector<std::string> notes_on_sun = FindSunInMap(loaded.sequence);
@@ -180,7 +166,9 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded.sequence);
   const std::string note_on_north = CorrectNorthOf(options, loaded);
   loaded.site = LoadSequenceSite(loaded.sequence);
-  NoteUnits(loaded);
+  for (const SiteWarning& warning : loaded.site.unit_warnings) {
+    loaded.site.notes.push_back(InOneLine(warning));
+  }
   // After what the stated pose decides (where patches are finest), so that prepared parts are the
   // same with and without it. North's search over degrees does not need it.
   const bool is_tracked = loaded.board || loaded.poses;

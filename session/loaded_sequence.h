@@ -24,7 +24,6 @@ namespace pleinair {
 struct LoadedSequence {
   Sequence sequence;
   SequenceSite site;
-  bool is_in_wrong_units = false;  // Mesh or camera (CheckUnits): nothing is where it should be.
   PreparedScene scene;
   std::optional<MarkerBoard> board;
   std::optional<PoseTrack> poses;

@@ -25,6 +25,7 @@
 #include "scene/ray_caster.h"
 #include "scene/sky_shape.h"
 #include "session/available_memory.h"
+#include "session/check/geometry_check.h"
 #include "session/map_sun_check.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
@@ -428,6 +429,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.objects = std::move(objects.parts);
   site.motions = std::move(objects.motions);
   site.notes.insert(site.notes.end(), objects.notes.begin(), objects.notes.end());
+  site.unit_warnings = CheckUnits(sequence, site.model.mesh, caster, site.objects, site.motions);
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "

@@ -1,6 +1,7 @@
 // Loads a recorded sequence's files as input of relight and render.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include "relight/prepared_scene.h"
 #include "render/compositor.h"
 #include "scene/part_motion.h"
+#include "session/check/site_warning.h"
 
 namespace pleinair {
 
@@ -56,9 +58,15 @@ struct SequenceSite {
   std::vector<glm::dvec3> viewed_m;
   bool is_indoors = false;         // The first camera sees little of the sky.
   std::vector<std::string> notes;  // Notes on repairs and assumptions in loading.
+  SiteWarnings unit_warnings;      // Of CheckUnits.
   // Notes for the case that the materials' albedo is used: without an environment map.
   std::string materials_note;
   bool albedo_is_a_guess = false;  // The materials'.
+
+  // Whether mesh or camera seem to be in another unit: then nothing is where it is looked for.
+  bool IsInWrongUnits() const {
+    return std::ranges::any_of(unit_warnings, &SiteWarning::spoils_forecast);
+  }
 };
 
 // Reads the sun's direction from the environment map where neither a site nor

@@ -272,7 +272,7 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   const SequenceSite site = LoadSequenceSite(sequence);
   const Mesh& mesh = site.model.mesh;
   const RayCaster caster(mesh);
-  SiteWarnings warnings = CheckUnits(sequence, mesh, caster, site.objects, site.motions);
+  SiteWarnings warnings = site.unit_warnings;
   Append(CheckAxes(sequence, mesh, caster), warnings);
   // With another unit or other axes nothing is where it is looked for.
   const bool is_unusable = std::ranges::any_of(warnings, &SiteWarning::spoils_forecast);
