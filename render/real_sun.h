@@ -78,7 +78,8 @@ inline constexpr float kSurelySigmas = 2.0f;
 inline constexpr float kLeastHalfBetween = 0.02f;
 // Where shade has so much of sunlight's radiance, both are one, and shares are even.
 inline constexpr float kEvenLeft = 0.999f;
-// Two sides of an edge differ by at least this part of what is in between.
+// Two sides of an edge differ by at least this part of what is in between: less is a pattern of
+// the surface.
 inline constexpr float kLeastEdgeStep = 0.5f;
 // Nearer to one of its sides a pixel is not within an edge.
 inline constexpr float kLeastEdgeShare = 0.1f;

@@ -191,6 +191,12 @@ class FadingLight : public StillLight {
   int frames_ = 0;
 };
 
+// In the east.
+glm::dvec3 SunAt(double elevation_deg) {
+  const double elevation = glm::radians(elevation_deg);
+  return {std::cos(elevation), 0.0, std::sin(elevation)};
+}
+
 // The house that casts the shade still stands.
 TEST_F(SeenShade, IsHeldWhileTheLightIsUncertain) {
   const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
@@ -203,6 +209,12 @@ TEST_F(SeenShade, IsHeldWhileTheLightIsUncertain) {
   };
   EXPECT_NEAR(on_top_of_second(shaded, shaded), kShaded, 0.03 * kShaded);
   EXPECT_NEAR(on_top_of_second(sunlit, shaded), kLit, 0.03 * kLit) << "not seen before";
+  Frame later = shaded;
+  later.sun_direction_enu = SunAt(47.0);
+  EXPECT_NEAR(on_top_of_second(shaded, later), kShaded, 0.03 * kShaded) << "the sun moves little";
+  later.sun_direction_enu = SunAt(55.0);
+  const double lit = StillLight::kSky + StillLight::kSun * later.sun_direction_enu->z;
+  EXPECT_NEAR(on_top_of_second(shaded, later), lit, 0.03 * lit) << "the sun has moved on";
 }
 
 // Pixels at the edge of a face that is turned away from the sun and one that is not.

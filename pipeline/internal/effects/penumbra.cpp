@@ -13,6 +13,7 @@
 #include "scene/angle_between.h"
 #include "scene/cached.h"
 #include "scene/stopwatch.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
@@ -30,9 +31,19 @@ struct LastShade {
   glm::dvec3 to_sun{0.0};
   GrayImage left;
 
+  // `shade`: null where none is seen.
+  void See(const EffectFrame& frame, const GrayImage* shade) {
+    view = frame.Geometry();
+    to_sun = frame.basis.Sun().direction_enu;
+    if (shade == nullptr) {
+      left = GrayImage();
+    } else {
+      left = *shade;
+    }
+  }
   // A sun that has moved farther, 20 minutes by day, casts other shadows.
   bool HoldsFor(const EffectFrame& frame) const {
-    constexpr double kFarthestRad = 0.087;
+    constexpr double kFarthestRad = RadFromDeg(5.0);
     return !left.Empty() && view == frame.Geometry() &&
            AngleBetweenRad(to_sun, frame.basis.Sun().direction_enu) < kFarthestRad;
   }
@@ -138,8 +149,7 @@ class Penumbra : public FrameEffect {
     if (MayShowShade(frame)) {
       Stopwatch watch;
       left = past_mesh.seen_shade.SunLeft(frame);
-      last_shade_ = {
-          frame.Geometry(), frame.basis.Sun().direction_enu, left != nullptr ? *left : GrayImage()};
+      last_shade_.See(frame, left);
       seen_shade_cost_.Learn(watch.LapMs());
     } else if (!LightIsKnown(frame.lighting) && last_shade_.HoldsFor(frame)) {
       left = &last_shade_.left;

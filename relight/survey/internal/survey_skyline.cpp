@@ -229,13 +229,13 @@ Skyline SkylineOf(const RgbImage& radiance,
       const int row = std::min(y, rows - 1);
       if (hidden.At(x, row) == 0) continue;
       share.At(x, y) = glm::vec3(1.0f);
-      glm::dvec3 share_rgb(0.0);
+      glm::dvec3 of_sky_rgb(0.0);
       for (int c = 0; c < 3; ++c) {
-        if (sky_irradiance_rgb[c] > 0.0)
-          share_rgb[c] = radiance.At(x, row)[c] / sky_irradiance_rgb[c];
+        if (!(sky_irradiance_rgb[c] > 0.0)) continue;
+        of_sky_rgb[c] = radiance.At(x, row)[c] / sky_irradiance_rgb[c];
       }
-      const double most = std::max({share_rgb.x, share_rgb.y, share_rgb.z, kMostReflected});
-      reflected.At(x, y) = glm::vec3(kMostReflected / most * share_rgb);
+      const double most = std::max({of_sky_rgb.x, of_sky_rgb.y, of_sky_rgb.z, kMostReflected});
+      reflected.At(x, y) = glm::vec3(kMostReflected / most * of_sky_rgb);
     }
   }
   const LatLongSize size{width, radiance.height};
