@@ -162,14 +162,17 @@ void WidenHeldSky(LightingFit& fit) {
   Widen(glm::dvec3(0.0), sky, fit);
 }
 
-// Surfaces that differ much from the model show something else, and say as little of the light: a
-// car before a wall in shade looks like less sky, and more sun. Below the trusted residual nothing
-// is added.
-void WidenByMisfit(LightingFit& fit) {
+// The residual that the fit's own errors of albedo explain. Guessed albedos leave more.
+double TrustedResidual(const OutdoorConditions& conditions) {
+  return std::hypot(kLargestTrustedResidual, conditions.plane_albedo_stddev);
+}
+
+// Surfaces that differ more from the model than `trusted_residual` show something else, and say as
+// little of the light: a car before a wall in shade looks like less sky, and more sun.
+void WidenByMisfit(double trusted_residual, LightingFit& fit) {
   const double residual = fit.relative_residual;
-  if (!(residual > kLargestTrustedResidual)) return;
-  const double excess =
-      std::sqrt(residual * residual - kLargestTrustedResidual * kLargestTrustedResidual);
+  if (!(residual > trusted_residual)) return;
+  const double excess = std::sqrt(residual * residual - trusted_residual * trusted_residual);
   glm::dvec3 light(0.0);
   for (int c = 0; c < 3; ++c) {
     light[c] = excess * (fit.irradiance_rgb[c] + SkyOf(fit.irradiance_rgb, c));
@@ -185,9 +188,9 @@ void WidenByMisfit(LightingFit& fit) {
 }
 
 // The share of a picture's evidence of the weather that counts.
-double TrustIn(const LightingFit& fit) {
-  if (!(fit.relative_residual > kLargestTrustedResidual)) return 1.0;
-  const double ratio = kLargestTrustedResidual / fit.relative_residual;
+double TrustIn(const LightingFit& fit, double trusted_residual) {
+  if (!(fit.relative_residual > trusted_residual)) return 1.0;
+  const double ratio = trusted_residual / fit.relative_residual;
   return ratio * ratio;
 }
 
@@ -273,7 +276,8 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
     WidenHeldSky(fit);
   }
-  WidenByMisfit(fit);
+  const double trusted_residual = TrustedResidual(conditions);
+  WidenByMisfit(trusted_residual, fit);
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     std::string reason =
         "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
@@ -287,7 +291,7 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     return tl::unexpected(LightingFailure{std::move(reason)});
   }
   if (sun_is_up && !expectation.prior.weathers.empty()) {
-    Learn(expectation, fit);
+    Learn(expectation, fit, TrustIn(fit, trusted_residual));
     last_clear_sky_ = conditions.clear_sky;
   } else {
     belief_.reset();
@@ -394,14 +398,13 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
       weighted / information, std::max(1.0 / information, kLeastStddev * kLeastStddev), time};
 }
 
-void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit) {
+void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit, double trust) {
   const LightingPrior& prior = expectation.prior;
   double gain = 0.0;
   for (const WeatherFit& weather : fit.weathers) gain += weather.share * weather.gain;
   // Units of white balance and exposure that the last picture did not have.
   const bool has_new_units = prior.gain_is_free || expectation.exposure_changed;
   WeatherBelief belief = expectation.belief;
-  const double trust = TrustIn(fit);
   std::size_t w = 0;
   for (WeatherLight& state : belief.states) {
     if (!(state.share > 0.0)) continue;

@@ -66,7 +66,8 @@ class OutdoorEstimator {
     bool exposure_changed = false;  // By a known factor, since the last picture.
   };
   Expectation Expect(const OutdoorConditions& conditions, int sky_shapes);
-  void Learn(const Expectation& expectation, const LightingFit& fit);
+  // `trust`: the share of the picture's evidence of the weather that counts.
+  void Learn(const Expectation& expectation, const LightingFit& fit, double trust);
   void LearnResponse(const CameraErrors& expected, const LightingFit& fit, UtcTime time);
 };
 
