@@ -209,9 +209,12 @@ Around ValuesAround(float own, const ValueAt& value_at) {
   return values;
 }
 
-}  // namespace
+struct Decision {
+  float share = 0.0f;
+  bool is_likelier_lit = false;
+};
 
-float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px) {
+Decision Decide(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px) {
   const float model = pixel.model_visibility;
   const float sun = model > 0.0f ? model : 1.0f;
   const float trust = std::clamp(pixel.edge_distance_px / kTrustedEdgeDistancePx, 0.0f, 1.0f);
@@ -219,32 +222,36 @@ float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_p
   const Predictions predictions(pixel, of_mesh);
   const bool agrees_with_mesh = predictions.AgreesWithMesh(pixel.observed, pixel.clipped);
   if (agrees_with_mesh) {
-    if (of_mesh < 0.0f) return 0.0f;
-    if (predictions.IsSurelyLit(pixel.observed)) return sun;
+    if (of_mesh < 0.0f) return {0.0f, false};
+    if (predictions.IsSurelyLit(pixel.observed)) return {sun, true};
   }
   const PixelsAround around(picture, x_px, y_px);
   const float own = predictions.PlaceOf(pixel.observed, pixel.clipped);
-  const Around place = ValuesAround(own, [&](int dx, int dy) {
+  const Around places = ValuesAround(own, [&](int dx, int dy) {
     const std::optional<std::size_t> there = around.At(dx, dy);
     return there ? predictions.PlaceOf(around.RadianceAt(*there), around.IsClipped(*there)) : own;
   });
-  if (HasEdge(place)) {
+  if (HasEdge(places)) {
     const Around radiance = ValuesAround(Sum(pixel.observed), [&](int dx, int dy) {
       const std::optional<std::size_t> there = around.At(dx, dy);
       return there ? Sum(around.RadianceAt(*there)) : kUnknown;
     });
-    if (const std::optional<float> share = ShareAtEdge(place, radiance)) return *share;
+    if (const auto share = ShareAtEdge(places, radiance)) return {*share, *share >= 0.5f};
   }
-  if (agrees_with_mesh) return sun;
-  return sun *
-         predictions.ShareAt(MedianOf(
-             OfRow(place, 0, MedianOf), OfRow(place, 1, MedianOf), OfRow(place, 2, MedianOf)));
+  if (agrees_with_mesh) return {sun, true};
+  const float place =
+      MedianOf(OfRow(places, 0, MedianOf), OfRow(places, 1, MedianOf), OfRow(places, 2, MedianOf));
+  return {sun * predictions.ShareAt(place), place > 0.5f};
 }
 
-float LeastLikelyShare(const RealPixel& pixel) {
-  const float sun = pixel.model_visibility > 0.0f ? pixel.model_visibility : 1.0f;
-  const float ratio = Sum(pixel.lit) / std::max(Sum(pixel.shaded), 1e-6f * Sum(pixel.lit));
-  return ratio > 1.0f ? sun / (1.0f + std::sqrt(ratio)) : 0.5f * sun;
+}  // namespace
+
+float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px) {
+  return Decide(pixel, picture, x_px, y_px).share;
+}
+
+bool IsLikelierLit(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px) {
+  return Decide(pixel, picture, x_px, y_px).is_likelier_lit;
 }
 
 }  // namespace pleinair

@@ -54,9 +54,9 @@ struct RealPicture {
 //           with the mesh, may fall to either side.
 float SunSeenWithout(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);
 
-// The share of a pixel at even odds: with more, the pixel is more likely in the sun than in shade.
-// Where sun and shade are one, half of the model's.
-float LeastLikelyShare(const RealPixel& pixel);
+// By the same evidence: whether the pixel is more likely in the sun than in shade, and at an edge
+// whether it has half of the disc.
+bool IsLikelierLit(const RealPixel& pixel, const RealPicture& picture, int x_px, int y_px);
 
 // One pixel's albedo against the model's, standard deviation in log: bricks, joints, stains around
 // a survey texel's mean; a material's guess is worse.

@@ -44,11 +44,21 @@ RealPixel RealPixelOf(const EffectFrame& frame, std::size_t pixel, const PixelLi
   return state;
 }
 
-float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixel& state) {
+namespace {
+
+// `decide` of real_sun.h for a pixel of the frame.
+template <class Decide>
+auto Of(const EffectFrame& frame, std::size_t pixel, const RealPixel& state, Decide&& decide) {
   const int width = frame.view.Width();
   const auto place = static_cast<int>(pixel);
-  return SunSeenWithout(
-      state, {frame.frame.radiance, frame.frame.clipped, frame.view}, place % width, place / width);
+  const RealPicture picture{frame.frame.radiance, frame.frame.clipped, frame.view};
+  return decide(state, picture, place % width, place / width);
+}
+
+}  // namespace
+
+float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixel& state) {
+  return Of(frame, pixel, state, [](auto&&... of) { return SunSeenWithout(of...); });
 }
 
 std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel) {
@@ -56,7 +66,7 @@ std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel) {
   if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
   const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
   if (state.model_visibility < 0.5f) return std::nullopt;
-  if (SunSeenWithout(frame, pixel, state) >= LeastLikelyShare(state)) return true;
+  if (Of(frame, pixel, state, IsLikelierLit)) return true;
   // Deviations of the albedo by which a surface in shade may be darker than predicted.
   constexpr float kDarkerSigmas = 2.0f;
   constexpr float kTiny = 1e-30f;
