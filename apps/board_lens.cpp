@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/whole_text.h"
 #include "calib/fisheye_file.h"
 #include "calib/json_cursor.h"
 #include "datasets/new_site.h"
 #include "datasets/site_file.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

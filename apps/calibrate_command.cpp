@@ -13,7 +13,6 @@
 #include "apps/number_table.h"
 #include "apps/picture_files.h"
 #include "apps/site_response.h"
-#include "apps/whole_text.h"
 #include "calib/bracket_fit.h"
 #include "calib/colour_chart.h"
 #include "calib/colour_tie.h"
@@ -26,6 +25,7 @@
 #include "calib/shown_picture.h"
 #include "datasets/site_file.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 

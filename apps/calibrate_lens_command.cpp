@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/board_lens.h"
-#include "apps/whole_text.h"
+#include "scene/whole_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

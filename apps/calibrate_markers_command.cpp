@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "apps/whole_text.h"
 #include "calib/marker_bundle.h"
 #include "datasets/sequence.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

@@ -14,7 +14,6 @@
 #include "apps/number_pair.h"
 #include "apps/progress.h"
 #include "apps/shared_ranks.h"
-#include "apps/whole_text.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/sun_state.h"
 #include "relight/surface_view_builder.h"

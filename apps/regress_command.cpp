@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/regression_baseline.h"
-#include "apps/whole_text.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

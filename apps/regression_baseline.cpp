@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/whole_text.h"
 #include "calib/json_cursor.h"
+#include "scene/whole_file.h"
 #include "session/settings.h"
 
 namespace pleinair {

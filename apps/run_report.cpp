@@ -12,9 +12,9 @@
 
 #include "apps/html_text.h"
 #include "apps/svg_chart.h"
-#include "apps/whole_text.h"
 #include "pipeline/display_codes.h"
 #include "scene/image_io.h"
+#include "scene/whole_file.h"
 #include "sunmodel/time_text.h"
 
 namespace pleinair {

@@ -1,7 +1,7 @@
 #include "apps/score_command.h"
 
-#include "apps/whole_text.h"
 #include "datasets/scoring.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 

@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/whole_text.h"
 #include "calib/json_cursor.h"
 #include "datasets/site_file.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 

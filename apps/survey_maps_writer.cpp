@@ -8,7 +8,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/whole_text.h"
 #include "calib/response.h"
 #include "relight/survey/survey_maps.h"
 #include "relight/volume/environment.h"

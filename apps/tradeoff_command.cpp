@@ -16,7 +16,6 @@
 #include "apps/progress.h"
 #include "apps/run_folder.h"
 #include "apps/tradeoff_page.h"
-#include "apps/whole_text.h"
 #include "datasets/truth.h"
 #include "scene/whole_file.h"
 

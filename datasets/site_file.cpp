@@ -1,7 +1,6 @@
 #include "datasets/site_file.h"
 
 #include <cstddef>
-#include <span>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -47,8 +46,7 @@ void EditSiteFile(const std::filesystem::path& folder,
 }
 
 void WriteJsonFile(const Json& json, const std::filesystem::path& file) {
-  const std::string text = json.dump(1) + '\n';
-  WriteWholeFile(file, std::as_bytes(std::span(text)));
+  WriteWholeText(file, json.dump(1) + '\n');
 }
 
 Json JsonOf(const glm::dmat4& matrix) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,10 +17,6 @@ std::string NameInObj(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::isspace(c) != 0; }, '_');
   return name.empty() ? "unnamed" : name;
-}
-
-void WriteText(const std::filesystem::path& file, const std::string& text) {
-  WriteWholeFile(file, std::as_bytes(std::span(text)));
 }
 
 std::string LibraryText(const Mesh& mesh) {
@@ -70,8 +65,8 @@ void WriteObj(const Mesh& mesh, const std::filesystem::path& file) {
     text += fmt::format("f {0}//{0} {1}//{1} {2}//{2}\n", corner.x, corner.y, corner.z);
     last = i;
   }
-  WriteText(library, LibraryText(mesh));
-  WriteText(file, text);
+  WriteWholeText(library, LibraryText(mesh));
+  WriteWholeText(file, text);
 }
 
 }  // namespace pleinair

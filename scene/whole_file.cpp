@@ -91,6 +91,10 @@ void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte
   throw std::runtime_error(file.string() + ": cannot be written: " + failure);
 }
 
+void WriteWholeText(const std::filesystem::path& file, const std::string& text) {
+  WriteWholeFile(file, std::as_bytes(std::span(text)));
+}
+
 void WriteWholeFolder(const std::filesystem::path& folder,
                       const std::function<void(const std::filesystem::path&)>& fill) {
   std::error_code error;

@@ -32,6 +32,7 @@ void MakeFolder(const std::filesystem::path& folder);
 // replaced completely or not at all. Throws std::runtime_error naming it when that fails, or as
 // RequireReplaceable; the temporary file is removed then.
 void WriteWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
+void WriteWholeText(const std::filesystem::path& file, const std::string& text);
 
 // Calls `fill` with a new temporary folder beside `folder` (".NAME.PID.part") and renames it:
 // `folder`, absent or empty before, is there completely or not at all. Throws what `fill` throws,

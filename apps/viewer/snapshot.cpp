@@ -10,7 +10,6 @@
 #include "apps/effect_names.h"
 #include "apps/lighting_log.h"
 #include "apps/viewer/object_editor.h"
-#include "apps/whole_text.h"
 #include "datasets/diffuse_mask.h"
 #include "datasets/recording/site_files.h"
 #include "scene/image_io.h"

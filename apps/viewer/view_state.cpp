@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/whole_text.h"
+#include "scene/whole_file.h"
 
 namespace pleinair {
 namespace {

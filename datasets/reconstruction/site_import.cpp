@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -465,14 +464,10 @@ class Importer {
     return name;
   }
 
-  static void WriteText(const fs::path& file, const std::string& text) {
-    WriteWholeFile(file, std::as_bytes(std::span(text)));
-  }
-
   void Write(const fs::path& folder) {
     fs::create_directories(folder / "frames_ldr");
-    WriteText(folder / "scene.obj", ObjText(report_.surfaces, "scene.mtl"));
-    WriteText(folder / "scene.mtl", MtlText(report_.surfaces));
+    WriteWholeText(folder / "scene.obj", ObjText(report_.surfaces, "scene.mtl"));
+    WriteWholeText(folder / "scene.mtl", MtlText(report_.surfaces));
     Sequence sequence;
     sequence.folder = folder;
     sequence.site = report_.site;
