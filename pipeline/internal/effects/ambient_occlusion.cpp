@@ -12,7 +12,7 @@ namespace {
 
 class AmbientOcclusion : public FrameEffect {
  public:
-  explicit AmbientOcclusion(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     if (!stage_.InView(frame)) {
@@ -37,9 +37,6 @@ class AmbientOcclusion : public FrameEffect {
             "what objects hide from themselves"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 
 class CameraBlur : public FrameEffect {
  public:
-  explicit CameraBlur(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     return stage_.Options().camera_matching.blur ? asked : EffectSwitch::kOff;
@@ -33,8 +33,6 @@ class CameraBlur : public FrameEffect {
 
  private:
   static constexpr double kDrawMs = 1.0;  // Nominal, of the objects' layer: see kDrawObjectsMs.
-
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -11,8 +11,7 @@ namespace {
 
 class CameraNoiseOnObjects : public FrameEffect {
  public:
-  explicit CameraNoiseOnObjects(EffectStage& stage)
-      : stage_(stage), matching_(stage.Options().camera_matching) {}
+  using FrameEffect::FrameEffect;
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     return stage_.Options().camera_matching.noise ? asked : EffectSwitch::kOff;
@@ -37,8 +36,7 @@ class CameraNoiseOnObjects : public FrameEffect {
   }
 
  private:
-  EffectStage& stage_;
-  CameraMatching matching_;
+  CameraMatching matching_{stage_.Options().camera_matching};
   LearnedCost cost_{5.0};  // Cost of measuring a frame's noise and adding it.
 };
 

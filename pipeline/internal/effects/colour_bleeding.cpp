@@ -7,7 +7,7 @@ namespace {
 
 class ColourBleeding : public FrameEffect {
  public:
-  explicit ColourBleeding(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     const glm::vec3 of_objects =
@@ -25,9 +25,6 @@ class ColourBleeding : public FrameEffect {
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.irradiance_change = &stage_.Influence().Change();
   }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace {
 
 class DaylightBySamples : public FrameEffect {
  public:
-  explicit DaylightBySamples(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     const bool is_sampled = stage_.Options().object_light.daylight == Daylight::kSamples;
@@ -43,9 +43,6 @@ class DaylightBySamples : public FrameEffect {
     works.back().ms = frame.light.daylight_made_ms;
     works.back().make = [this, &frame](EffectSet) { stage_.Light().UpdateDaylight(frame.basis); };
   }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -126,6 +126,7 @@ FrameWork DrawingOf(std::string_view name,
 // One effect of one pipeline. Keeps what its works may keep from frame to frame.
 class FrameEffect {
  public:
+  explicit FrameEffect(EffectStage& stage) : stage_(stage) {}
   virtual ~FrameEffect() = default;
 
   // The switch's value where there is nothing to simulate, or no way to leave the effect out.
@@ -145,6 +146,9 @@ class FrameEffect {
 
   // Adds its results to the compositor's input; called only where it is run.
   virtual void Draw(const EffectFrame& frame, CompositeInput& input) const;
+
+ protected:
+  EffectStage& stage_;
 };
 
 // An effect as it is listed.

@@ -10,7 +10,7 @@ namespace {
 
 class GlossyReflection : public FrameEffect {
  public:
-  explicit GlossyReflection(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     return asked == EffectSwitch::kOn && !stage_.AnyGlossy() ? EffectSwitch::kPlan : asked;
@@ -42,9 +42,6 @@ class GlossyReflection : public FrameEffect {
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.mirrored = &stage_.Mirror().Image();
   }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

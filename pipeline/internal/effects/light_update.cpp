@@ -12,7 +12,7 @@ namespace {
 
 class LightUpdate : public FrameEffect {
  public:
-  explicit LightUpdate(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     return HasOlder(frame) ? Bound{kWhiteCode, "light computed for an earlier sun or sky"}
@@ -38,8 +38,6 @@ class LightUpdate : public FrameEffect {
     return (frame.has_budget ? costs.AnyHasOlder() : costs.Of(frame.light.mode).HasOlder()) ||
            (stage_.AnyGlossy() && stage_.Mirror().Cost(frame).HasOlder());
   }
-
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace {
 
 class LocalLight : public FrameEffect {
  public:
-  explicit LocalLight(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   EffectSwitch SwitchFor(EffectSwitch asked) const override {
     if (stage_.Options().object_light.route == ObjectLight::kSingleProbe) return EffectSwitch::kOff;
@@ -48,9 +48,6 @@ class LocalLight : public FrameEffect {
     return {largest, "light differs between places around the objects"};
   }
   EffectSet PartOf(const EffectFrame& /*frame*/) override { return kOnLightAtVertices; }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -45,7 +45,7 @@ ObjectDepths DepthsOf(const ObjectView& view, const Mesh& objects, const Camera&
 
 class MotionBlurOfObjects : public FrameEffect {
  public:
-  explicit MotionBlurOfObjects(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     const MotionBlurOptions& options = stage_.Options().motion_blur;
@@ -103,7 +103,6 @@ class MotionBlurOfObjects : public FrameEffect {
  private:
   static constexpr double kDrawMs = 4.0;  // Nominal, over 8 pixels: see kDrawObjectsMs.
 
-  EffectStage& stage_;
   MotionTrack track_;
   MotionInPicture in_picture_;
 };

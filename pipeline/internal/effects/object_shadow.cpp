@@ -7,7 +7,7 @@ namespace {
 
 class ObjectShadow : public FrameEffect {
  public:
-  explicit ObjectShadow(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     return SunOnObjects(stage_, frame);
@@ -17,9 +17,6 @@ class ObjectShadow : public FrameEffect {
   void Draw(const EffectFrame& /*frame*/, CompositeInput& input) const override {
     input.effects.object_shadow = true;
   }
-
- private:
-  EffectStage& stage_;
 };
 
 }  // namespace

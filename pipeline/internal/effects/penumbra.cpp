@@ -51,7 +51,7 @@ struct LastShade {
 
 class Penumbra : public FrameEffect {
  public:
-  explicit Penumbra(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   // The bounds of the shadows whose edges are soft.
   Bound BoundOf(const EffectFrame& /*frame*/, std::span<const EffectOffer> before) override {
@@ -167,7 +167,6 @@ class Penumbra : public FrameEffect {
   LearnedCost seen_shade_cost_{1.0};
   LastShade last_shade_;
   bool is_past_mesh_ = false;  // shares_.objects is on_objects_'s share.
-  EffectStage& stage_;
 };
 
 }  // namespace

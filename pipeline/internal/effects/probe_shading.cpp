@@ -12,7 +12,7 @@ namespace {
 
 class ProbeShading : public FrameEffect {
  public:
-  explicit ProbeShading(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     return LightOnObjects(stage_, frame);
@@ -89,8 +89,6 @@ class ProbeShading : public FrameEffect {
     if (frame.light.made == ModeOfLight(stage_.Light(), runs)) return;
     stage_.Light().Evaluate(frame.basis, frame.lighting);
   }
-
-  EffectStage& stage_;
 };
 
 }  // namespace

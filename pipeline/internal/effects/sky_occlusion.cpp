@@ -9,7 +9,7 @@ namespace {
 
 class SkyOcclusion : public FrameEffect {
  public:
-  explicit SkyOcclusion(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     const glm::vec3 largest = stage_.LargestIrradiance(frame);
@@ -43,8 +43,6 @@ class SkyOcclusion : public FrameEffect {
 
  private:
   static constexpr double kDrawMs = 1.5;  // Nominal, of relit surfaces: see kDrawObjectsMs.
-
-  EffectStage& stage_;
 };
 
 }  // namespace

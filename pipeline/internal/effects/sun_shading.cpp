@@ -7,7 +7,7 @@ namespace {
 
 class SunShading : public FrameEffect {
  public:
-  explicit SunShading(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     const Bound bound = SunOnObjects(stage_, frame);
@@ -26,8 +26,6 @@ class SunShading : public FrameEffect {
 
  private:
   static constexpr double kDrawMs = 3.0;  // Nominal: see kDrawObjectsMs.
-
-  EffectStage& stage_;
 };
 
 }  // namespace

@@ -38,7 +38,7 @@ float FallInShadow(const EffectFrame& frame, std::size_t pixel, float hidden_sha
 
 class SunShadow : public FrameEffect {
  public:
-  explicit SunShadow(EffectStage& stage) : stage_(stage) {}
+  using FrameEffect::FrameEffect;
 
   Bound BoundOf(const EffectFrame& frame, std::span<const EffectOffer> /*before*/) override {
     if (IsDark(SunOf(frame.lighting))) return {0.0, "no sun"};
@@ -104,8 +104,6 @@ class SunShadow : public FrameEffect {
  private:
   Cached<std::vector<std::uint32_t>, ViewOfPose> near_shadow_;  // Pixels.
   static constexpr double kDrawMs = 4.0;  // Nominal, of shadow volumes: see kDrawObjectsMs.
-
-  EffectStage& stage_;
 };
 
 }  // namespace
