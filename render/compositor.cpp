@@ -29,7 +29,6 @@
 #include "render/internal/real_shadow_pass.h"
 #include "render/internal/rect_texture.h"
 #include "render/internal/scene_geometry.h"
-#include "render/internal/shadow_mask_pass.h"
 #include "render/internal/surface_textures.h"
 #include "render/internal/volume_stencil.h"
 #include "scene/state_id.h"
@@ -125,7 +124,6 @@ struct Compositor::Impl {
   std::optional<BlurPass> blur;  // Made when it is first wanted.
   RealShadowPass real_shadow;
   std::optional<OnDevice> device;
-  ShadowMaskPass shadow_mask;
   RectTexture<float> seen_sun;  // In the objects' samples.
   LayerLookup lookup;
   LayerReader reader;
@@ -487,20 +485,6 @@ Composite Compositor::Render(const CompositeInput& given) {
   result.draw_calls = TakeDrawCount();
   impl_->context.RequireNotLost();
   return result;
-}
-
-Gray8Image Compositor::RenderShadowMask(const Camera& camera, const glm::dvec3& sun_direction_enu) {
-  impl_->context.RequireCurrent();
-  ValidateCamera(camera);
-  if (camera.intrinsics.HasDistortion()) {
-    throw std::invalid_argument(
-        "shadow mask: the camera has lens distortion, expected one without");
-  }
-  const ApplicationState application_state;
-  const LayerView view = MakeLayerView(impl_->scene, camera, camera.intrinsics);
-  impl_->volumes_of_scene = {};  // The mask puts its own volumes into the buffers.
-  return impl_->shadow_mask.Draw(
-      view, impl_->scene, ValidatedDirection(sun_direction_enu), impl_->stencil);
 }
 
 }  // namespace pleinair

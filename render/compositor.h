@@ -126,10 +126,6 @@ class Compositor {
   // not current or has been lost. After a loss, make a new context and a new compositor.
   Composite Render(const CompositeInput& input);
 
-  // Returns the hard sun shadow on the nearest surface, phantom or object, in each pixel of an
-  // undistorted camera: 255 in shadow; 0 lit, facing away or empty. For tests and other renderers.
-  Gray8Image RenderShadowMask(const Camera& camera, const glm::dvec3& sun_direction_enu);
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

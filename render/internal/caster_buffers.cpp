@@ -59,7 +59,7 @@ void CasterBuffers::DrawIndices(const GlObject& indices,
 void CasterBuffers::DrawSurface(const glm::mat4& clip_from_position) const {
   // One by one: OpenGL ES has no call for several, but for an extension that some drivers lack.
   for (const auto& [first, count] : surface_.InView(clip_from_position)) {
-    DrawTriangles(surface_indices_, first, count);
+    DrawIndices(surface_indices_, 3 * first, 3 * count);
   }
 }
 
@@ -69,12 +69,6 @@ void CasterBuffers::DrawCaps(const ShadowVolumes::Batch& batch) const {
 
 void CasterBuffers::DrawSides(const ShadowVolumes::Batch& batch) const {
   DrawIndices(side_indices_, batch.first_side, batch.side_count);
-}
-
-void CasterBuffers::DrawTriangles(const GlObject& indices,
-                                  std::size_t first,
-                                  std::size_t count) const {
-  DrawIndices(indices, 3 * first, 3 * count);
 }
 
 }  // namespace pleinair

@@ -20,8 +20,6 @@ class CasterBuffers {
   void DrawSurface(const glm::mat4& clip_from_position) const;
   void DrawCaps(const ShadowVolumes::Batch& batch) const;
   void DrawSides(const ShadowVolumes::Batch& batch) const;
-  // Triangles of `indices`, a buffer of the caller's, over the caster's positions.
-  void DrawTriangles(const GlObject& indices, std::size_t first, std::size_t count) const;
 
  private:
   void DrawIndices(const GlObject& indices, std::size_t first, std::size_t count) const;

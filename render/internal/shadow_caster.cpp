@@ -289,13 +289,6 @@ int ShadowCaster::FacingOf(std::size_t triangle, const glm::dvec3& to_sun) const
   return (height > 0.0) - (height < 0.0);
 }
 
-void ShadowCaster::Facing(const glm::dvec3& to_sun, std::vector<std::int8_t>& facing) const {
-  facing.resize(triangles_.size());
-  for (std::size_t t = 0; t < triangles_.size(); ++t) {
-    facing[t] = static_cast<std::int8_t>(FacingOf(t, to_sun));
-  }
-}
-
 void ShadowCaster::SidesThatMayBeSunlit(const glm::dvec3& to_sun,
                                         std::vector<std::int8_t>& sides) const {
   const std::vector<std::int8_t> weights = Weights(BeamView(*this, to_sun), std::nullopt);

@@ -54,12 +54,9 @@ class ShadowCaster {
   std::span<const glm::uvec3> Triangles() const { return triangles_; }
   std::uint32_t InfinityIndex() const { return static_cast<std::uint32_t>(positions_.size()); }
 
-  // 1 where the triangle's front (counter-clockwise) faces `to_sun`, -1 where its back does, 0
-  // edge-on or without area. For Triangles().
-  void Facing(const glm::dvec3& to_sun, std::vector<std::int8_t>& facing) const;
-
-  // The same for the triangles of construction. It is also 0 where the side that faces the sun is
-  // the inside of a closed part, which the sun never reaches.
+  // For the triangles of construction: 1 where the front (counter-clockwise) faces `to_sun`, -1
+  // where the back does; 0 edge-on, without area, or where the side that faces the sun is the
+  // inside of a closed part, which the sun never reaches.
   void SidesThatMayBeSunlit(const glm::dvec3& to_sun, std::vector<std::int8_t>& sides) const;
 
   // Writes the volumes for the unit direction `to_sun`; memory of `volumes` is used again. With

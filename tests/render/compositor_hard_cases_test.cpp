@@ -79,7 +79,6 @@ TEST_P(CompositorHardCase, FramesDoNotRememberOtherFrames) {
   Render(smaller, Sphere({0.5f, 0.0f, 1.0f}, 0.5f, 8));
   Render(scene, Sphere({0.5f, 0.5f, 1.5f}, 0.5f, 8));
   Render(scene, sphere);
-  compositor_.RenderShadowMask(scene.Camera(), DirectionOf(20.0, 50.0));
   const std::vector<std::vector<glm::vec3>> irradiance{
       std::vector<glm::vec3>(sphere.positions_m.size(), glm::vec3(90.0f))};
   const Composite after = compositor_.Render(scene.Input(irradiance));

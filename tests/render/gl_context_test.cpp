@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "composite_scene.h"
 #include "render/compositor.h"
 #include "test_scenes.h"
 
@@ -34,10 +35,10 @@ TEST(HeadlessContext, MayGoBeforeTheCompositorThatDrewInIt) {
 TEST(Compositor, SaysSoWhereItsContextIsGoneOrAnotherIsCurrent) {
   auto context = std::make_unique<HeadlessContext>();
   Compositor compositor;
-  const Camera camera = test::LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, 32, 24, 24.0);
+  const test::CompositeScene scene(test::DirectionOf(215.0, 40.0), 32, 24);
   const auto message = [&] {
     try {
-      compositor.RenderShadowMask(camera, {0.0, 0.0, 1.0});
+      compositor.Render(scene.Input({}));
     } catch (const std::runtime_error& error) {
       return std::string(error.what());
     }
@@ -48,7 +49,7 @@ TEST(Compositor, SaysSoWhereItsContextIsGoneOrAnotherIsCurrent) {
   EXPECT_THAT(message(), testing::HasSubstr("not current"));
   EXPECT_THROW(compositor.SetObjects({}), std::runtime_error);
   Compositor again;
-  EXPECT_NO_THROW(again.RenderShadowMask(camera, {0.0, 0.0, 1.0}));
+  EXPECT_NO_THROW(again.Render(scene.Input({})));
   context.reset();
   EXPECT_THAT(message(), testing::HasSubstr("not current"));
 }

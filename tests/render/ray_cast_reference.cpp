@@ -69,7 +69,7 @@ Gray8Image EdgeNeighbourhood(const Image<VisiblePoint>& points,
   return edges;
 }
 
-MaskComparison CompareShadowMasks(Compositor& compositor,
+MaskComparison CompareShadowMasks(ShadowMask& shadow_mask,
                                   const Mesh& everything,
                                   const Camera& camera,
                                   const glm::dvec3& to_sun) {
@@ -77,7 +77,7 @@ MaskComparison CompareShadowMasks(Compositor& compositor,
   const Image<VisiblePoint> points = CastPicture(caster, camera);
   const Gray8Image reference = ReferenceShadowMask(caster, points, to_sun);
   const Gray8Image edges = EdgeNeighbourhood(points, reference, camera);
-  const Gray8Image drawn = compositor.RenderShadowMask(camera, to_sun);
+  const Gray8Image drawn = shadow_mask.Draw(camera, to_sun);
   MaskComparison comparison;
   comparison.pixels = reference.pixels.size();
   for (std::size_t i = 0; i < reference.pixels.size(); ++i) {

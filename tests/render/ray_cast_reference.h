@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "render/compositor.h"
 #include "scene/camera.h"
 #include "scene/image.h"
 #include "scene/mesh.h"
 #include "scene/ray_caster.h"
+#include "shadow_mask.h"
 
 namespace pleinair::test {
 
@@ -43,7 +43,7 @@ struct MaskComparison {
   }
 };
 
-MaskComparison CompareShadowMasks(Compositor& compositor,
+MaskComparison CompareShadowMasks(ShadowMask& shadow_mask,
                                   const Mesh& everything,
                                   const Camera& camera,
                                   const glm::dvec3& to_sun);

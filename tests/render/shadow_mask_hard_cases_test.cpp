@@ -6,7 +6,9 @@
 #include "ray_cast_reference.h"
 #include "render/compositor.h"
 #include "render/gl_context.h"
+#include "render/internal/composite_input.h"
 #include "scene/mesh_io.h"
+#include "shadow_mask.h"
 #include "test_scenes.h"
 
 namespace pleinair::test::shadow_mask_hard_cases_test {
@@ -24,11 +26,11 @@ class ShadowMaskHardCase : public testing::Test {
     glm::dvec3 to_sun;
   };
   MaskComparison Compare(const Picture& picture) {
-    Compositor compositor;
-    compositor.SetPhantom(picture.phantom);
-    compositor.SetObjects({{picture.object}});
+    ShadowMask mask;
+    mask.SetPhantom(picture.phantom);
+    mask.SetObjects({{picture.object}});
     return CompareShadowMasks(
-        compositor, Join(picture.phantom, picture.object), picture.camera, picture.to_sun);
+        mask, Join(picture.phantom, picture.object), picture.camera, picture.to_sun);
   }
   void ExpectLikeRayCasting(const Picture& picture,
                             const std::string& what,
@@ -212,9 +214,8 @@ TEST_F(ShadowMaskHardCase, FarFromTheOrigin) {
 }
 
 TEST_F(ShadowMaskHardCase, NothingAtAllOrNothingInView) {
-  Compositor compositor;
   const glm::dvec3 to_sun = DirectionOf(215.0, 40.0);
-  for (const std::uint8_t value : compositor.RenderShadowMask(camera_, to_sun).pixels) {
+  for (const std::uint8_t value : ShadowMask().Draw(camera_, to_sun).pixels) {
     ASSERT_EQ(value, 0);
   }
   ExpectLikeRayCasting({ground_, Mesh{}, camera_, to_sun}, "no object", 0);
@@ -237,10 +238,10 @@ TEST_F(ShadowMaskHardCase, APictureOf4096x2160) {
   constexpr int kStep = 32;
   const glm::dvec3 to_sun = DirectionOf(215.0, 40.0);
   const Camera large = LookAt({4.0, -5.0, 2.5}, {0.0, 0.0, 0.8}, 4096, 2160, 2000.0);
-  Compositor compositor;
-  compositor.SetPhantom(ground_);
-  compositor.SetObjects({{sphere_}});
-  const Gray8Image mask = compositor.RenderShadowMask(large, to_sun);
+  ShadowMask shadow_mask;
+  shadow_mask.SetPhantom(ground_);
+  shadow_mask.SetObjects({{sphere_}});
+  const Gray8Image mask = shadow_mask.Draw(large, to_sun);
   ASSERT_EQ(mask.width, 4096);
   ASSERT_EQ(mask.height, 2160);
   Camera coarse = large;
@@ -267,16 +268,12 @@ TEST_F(ShadowMaskHardCase, APictureOf4096x2160) {
 
 TEST_F(ShadowMaskHardCase, RefusesWhatMakesNoSense) {
   Compositor compositor;
+  EXPECT_THROW(ValidatedDirection({0.0, 0.0, 0.0}), std::invalid_argument);
   Camera camera = camera_;
-  EXPECT_THROW(compositor.RenderShadowMask(camera, {0.0, 0.0, 0.0}), std::invalid_argument);
-  camera.intrinsics.distortion[0] = 0.1;
-  EXPECT_THROW(compositor.RenderShadowMask(camera, {0.0, 0.0, 1.0}), std::invalid_argument);
-  camera = camera_;
   camera.intrinsics.width_px = 0;
-  EXPECT_THROW(compositor.RenderShadowMask(camera, {0.0, 0.0, 1.0}), std::invalid_argument);
-  camera = camera_;
+  EXPECT_THROW(ValidateCamera(camera), std::invalid_argument);
   camera.intrinsics.width_px = 1000000;
-  EXPECT_THROW(compositor.RenderShadowMask(camera, {0.0, 0.0, 1.0}), std::runtime_error);
+  EXPECT_THROW(ShadowMask().Draw(camera, {0.0, 0.0, 1.0}), std::runtime_error);
   Mesh broken = sphere_;
   broken.triangles[0].x = 1000000;
   EXPECT_THROW(compositor.SetPhantom(broken), std::invalid_argument);

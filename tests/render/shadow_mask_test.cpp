@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "ray_cast_reference.h"
-#include "render/compositor.h"
 #include "render/gl_context.h"
 #include "scene/mesh_io.h"
+#include "shadow_mask.h"
 #include "test_scenes.h"
 
 namespace pleinair::test::shadow_mask_test {
@@ -16,13 +16,13 @@ namespace {
 
 constexpr double kMaxDifferentShare = 1e-4;
 
-class ShadowMask : public testing::TestWithParam<GlApi> {
+class ShadowMaskOfScene : public testing::TestWithParam<GlApi> {
  protected:
   HeadlessContext context_{GetParam()};
 };
 
 INSTANTIATE_TEST_SUITE_P(BothApis,
-                         ShadowMask,
+                         ShadowMaskOfScene,
                          testing::Values(GlApi::kDesktop45, GlApi::kEs31),
                          [](const auto& api) {
                            return api.param == GlApi::kDesktop45 ? "Desktop" : "Es";
@@ -33,18 +33,17 @@ void ExpectLikeRayCasting(const Mesh& phantom,
                           const Camera& camera,
                           const glm::dvec3& to_sun,
                           const std::string& what) {
-  Compositor compositor;
-  compositor.SetPhantom(phantom);
-  compositor.SetObjects({{object}});
-  const MaskComparison comparison =
-      CompareShadowMasks(compositor, Join(phantom, object), camera, to_sun);
+  ShadowMask mask;
+  mask.SetPhantom(phantom);
+  mask.SetObjects({{object}});
+  const MaskComparison comparison = CompareShadowMasks(mask, Join(phantom, object), camera, to_sun);
   EXPECT_GT(comparison.shadowed, 20u) << what;  // The case covers what it tests.
   EXPECT_GT(comparison.lit, 20u) << what;
   EXPECT_LE(comparison.DifferentShare(), kMaxDifferentShare)
       << what << ": " << comparison.different_off_edges << " pixels";
 }
 
-TEST_P(ShadowMask, OfABoxOnTheGroundIsAsRayCastingSays) {
+TEST_P(ShadowMaskOfScene, OfABoxOnTheGroundIsAsRayCastingSays) {
   ExpectLikeRayCasting(Ground(20.0f),
                        Box({-1.0f, -1.0f, 0.0f}, {1.0f, 1.0f, 2.0f}),
                        LookAt({4.0, -6.0, 3.0}, {0.0, 0.0, 0.5}, 320, 240, 260.0),
@@ -52,7 +51,7 @@ TEST_P(ShadowMask, OfABoxOnTheGroundIsAsRayCastingSays) {
                        "box");
 }
 
-TEST_P(ShadowMask, OfASphereInTheShadowOfAWallIsOneShadow) {
+TEST_P(ShadowMaskOfScene, OfASphereInTheShadowOfAWallIsOneShadow) {
   const Mesh scene = Join(Ground(20.0f), Box({-4.0f, 2.0f, 0.0f}, {4.0f, 2.2f, 3.0f}));
   for (const double elevation : {10.0, 25.0, 60.0}) {
     ExpectLikeRayCasting(scene,
@@ -64,7 +63,7 @@ TEST_P(ShadowMask, OfASphereInTheShadowOfAWallIsOneShadow) {
 }
 
 // A real courtyard's mesh and its statue, from the recording's own camera, over a day.
-TEST_P(ShadowMask, OfTheCourtyardsStatueIsAsRayCastingSays) {
+TEST_P(ShadowMaskOfScene, OfTheCourtyardsStatueIsAsRayCastingSays) {
   const auto scene_file = SharedFile("sequences/courtyard-clouds/scene.obj");
   const auto object_file = SharedFile("sequences/courtyard-clouds/object.obj");
   if (!scene_file || !object_file) GTEST_SKIP() << "the recorded sequences are not here";
