@@ -1,47 +1,14 @@
 #include "scene/spherical_harmonics.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 namespace pleinair {
 namespace {
-
-struct QuadratureNode {
-  double position = 0.0;
-  double weight = 0.0;
-};
-
-// Gauss-Legendre on [-1, 1], exact for polynomials of degree 2 * count - 1. Newton's method from
-// the cosine guess; the derivative is (1 - z^2) P' = n (P_{n-1} - z P_n).
-std::vector<QuadratureNode> GaussLegendre(int count) {
-  std::vector<QuadratureNode> nodes(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    double z = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5));
-    double derivative = 1.0;
-    for (int iteration = 0; iteration < 100; ++iteration) {
-      double before = 1.0;
-      double value = z;
-      for (int degree = 2; degree <= count; ++degree) {
-        const double next = ((2.0 * degree - 1.0) * z * value - (degree - 1.0) * before) / degree;
-        before = value;
-        value = next;
-      }
-      derivative = count * (before - z * value) / (1.0 - z * z);
-      const double step = value / derivative;
-      z -= step;
-      if (std::abs(step) < 1e-16) break;
-    }
-    nodes[static_cast<std::size_t>(i)] = {z, 2.0 / ((1.0 - z * z) * derivative * derivative)};
-  }
-  return nodes;
-}
 
 void RequireSize(const char* what, int bands, std::size_t size) {
   if (bands < 1 || size != static_cast<std::size_t>(ShCoefficientCount(bands))) {
@@ -134,45 +101,6 @@ glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal) {
   for (std::size_t i = 1; i < 4; ++i) irradiance += kA1 * basis[i] * radiance_sh[i];
   for (std::size_t i = 4; i < 9; ++i) irradiance += kA2 * basis[i] * radiance_sh[i];
   return glm::max(irradiance, glm::vec3(0.0f));
-}
-
-// The turned light L(source_from_target * direction), projected again. The integrand is a
-// polynomial of degree 2 (bands - 1), for which `bands` Gauss-Legendre heights and 2 bands - 1
-// azimuths are exact. So the result is the rotation to rounding error, without the recurrences for
-// its matrix.
-std::vector<double> RotateSh(int bands,
-                             std::span<const double> coefficients,
-                             const glm::dmat3& target_from_source) {
-  RequireSize("spherical harmonics to rotate", bands, coefficients.size());
-  const glm::dmat3 source_from_target = glm::transpose(target_from_source);
-  const glm::dmat3 should_be_identity = source_from_target * target_from_source;
-  for (int column = 0; column < 3; ++column) {
-    for (int row = 0; row < 3; ++row) {
-      const double expected = column == row ? 1.0 : 0.0;
-      if (!(std::abs(should_be_identity[column][row] - expected) < 1e-6)) {
-        throw std::invalid_argument("rotation of spherical harmonics: matrix is not orthonormal");
-      }
-    }
-  }
-  const int azimuths = 2 * bands - 1;
-  std::vector<double> turned(coefficients.size(), 0.0);
-  std::vector<double> source(coefficients.size());
-  std::vector<double> target(coefficients.size());
-  for (const QuadratureNode& height : GaussLegendre(bands)) {
-    const double radius = std::sqrt(1.0 - height.position * height.position);
-    for (int i = 0; i < azimuths; ++i) {
-      const double azimuth = 2.0 * std::numbers::pi * i / azimuths;
-      const glm::dvec3 direction(
-          radius * std::cos(azimuth), radius * std::sin(azimuth), height.position);
-      EvaluateShBasis(bands, glm::normalize(source_from_target * direction), source);
-      EvaluateShBasis(bands, direction, target);
-      double radiance = 0.0;
-      for (std::size_t k = 0; k < source.size(); ++k) radiance += coefficients[k] * source[k];
-      const double weight = height.weight * 2.0 * std::numbers::pi / azimuths;
-      for (std::size_t k = 0; k < target.size(); ++k) turned[k] += weight * radiance * target[k];
-    }
-  }
-  return turned;
 }
 
 void WindowSh(ShRgb& radiance_sh) {

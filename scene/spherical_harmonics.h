@@ -4,9 +4,7 @@
 
 #include <array>
 #include <span>
-#include <vector>
 
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 namespace pleinair {
@@ -32,12 +30,6 @@ using ShRgb = std::array<glm::vec3, kProbeShCoefficients>;
 // Irradiance on a surface with unit `normal`, from three bands; negative lobes of a single bright
 // source are clamped at 0 per channel.
 glm::vec3 IrradianceFromSh(const ShRgb& radiance_sh, const glm::vec3& normal);
-
-// Coefficients of the light turned by `target_from_source`, which must be orthonormal.
-// Shape: bands * bands in and out. Cost: of order bands^4.
-std::vector<double> RotateSh(int bands,
-                             std::span<const double> coefficients,
-                             const glm::dmat3& target_from_source);
 
 // Scales band l by kShWindow[l], so that the irradiance of three bands is never negative.
 //

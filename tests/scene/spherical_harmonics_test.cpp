@@ -107,22 +107,10 @@ TEST(SphericalHarmonics, IrradianceAgreesWithSummingPixels) {
   }
 }
 
-TEST(SphericalHarmonics, QuarterTurnMovesEastToNorth) {
-  // Columns are the images of x, y, z: x to y.
-  const glm::dmat3 turn({0.0, 1.0, 0.0}, {-1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
-  const std::vector<double> turned = RotateSh(2, std::vector<double>{1.0, 0.0, 0.5, 2.0}, turn);
-  EXPECT_NEAR(turned[0], 1.0, 1e-14);
-  EXPECT_NEAR(turned[1], 2.0, 1e-14);
-  EXPECT_NEAR(turned[2], 0.5, 1e-14);
-  EXPECT_NEAR(turned[3], 0.0, 1e-14);
-}
-
 TEST(SphericalHarmonics, RefuseOtherSizes) {
   std::vector<double> values(8);
   EXPECT_THROW(EvaluateShBasis(3, {0.0, 0.0, 1.0}, values), std::invalid_argument);
   EXPECT_THROW(EvaluateShBasis(0, {0.0, 0.0, 1.0}, values), std::invalid_argument);
-  EXPECT_THROW(RotateSh(3, values, glm::dmat3(1.0)), std::invalid_argument);
-  EXPECT_THROW(RotateSh(2, std::vector<double>(4), glm::dmat3(1.1)), std::invalid_argument);
 }
 
 }  // namespace
