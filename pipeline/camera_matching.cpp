@@ -10,26 +10,19 @@
 #include <tbb/parallel_for.h>
 
 #include "calib/frame_noise.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
-
-// Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators".
-std::uint64_t SplitMix(std::uint64_t value) {
-  value += 0x9e3779b97f4a7c15u;
-  value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9u;
-  value = (value ^ (value >> 27)) * 0x94d049bb133111ebu;
-  return value ^ (value >> 31);
-}
 
 // A number in (0, 1].
 double Uniform(std::uint64_t bits) { return (static_cast<double>(bits >> 11) + 1.0) * 0x1p-53; }
 
 // A normal deviate of mean 0 and variance 1 (Box and Muller).
 double Normal(std::uint64_t key) {
-  const std::uint64_t first = SplitMix(key);
+  const std::uint64_t first = HashBits(key);
   const double radius = std::sqrt(-2.0 * std::log(Uniform(first)));
-  return radius * std::cos(2.0 * std::numbers::pi * Uniform(SplitMix(first ^ key)));
+  return radius * std::cos(2.0 * std::numbers::pi * Uniform(HashBits(first ^ key)));
 }
 
 }  // namespace
@@ -72,7 +65,7 @@ void CameraMatching::AddNoise(const Frame& frame,
     variance = [measured](int c, double signal) { return measured.Variance(c, signal); };
   }
   const double exposure = frame.exposure.value_or(1.0);
-  const std::uint64_t of_frame = SplitMix(static_cast<std::uint64_t>(frame.index));
+  const std::uint64_t of_frame = HashBits(static_cast<std::uint64_t>(frame.index));
   tbb::parallel_for(std::size_t{0}, composite.change.pixels.size(), [&](std::size_t i) {
     const auto change = static_cast<PixelChange>(composite.change.pixels[i]);
     if (change == PixelChange::kNone) return;

@@ -1,7 +1,9 @@
-// Point sets and hashes for gathered rays, with the same bits on every machine and thread count.
+// Point sets and hashes, with the same bits on every machine and thread count.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
 
@@ -11,13 +13,28 @@
 
 namespace pleinair {
 
-// SplitMix64's finaliser (Steele et al. 2014).
+// SplitMix64 (Steele et al. 2014): the next value of a stream whose state is `value`, which then
+// grows by kGoldenGamma.
+inline constexpr std::uint64_t kGoldenGamma = 0x9e3779b97f4a7c15ull;
 inline std::uint64_t HashBits(std::uint64_t value) {
-  value += 0x9e3779b97f4a7c15ull;
+  value += kGoldenGamma;
   value = (value ^ (value >> 30)) * 0xbf58476d1ce4e5b9ull;
   value = (value ^ (value >> 27)) * 0x94d049bb133111ebull;
   return value ^ (value >> 31);
 }
+
+// For unordered containers: of keys that are arrays of 32-bit words.
+struct HashOfWords {
+  template <class Word, std::size_t kCount>
+  std::size_t operator()(const std::array<Word, kCount>& key) const {
+    std::uint64_t hash = kGoldenGamma;
+    for (const Word word : key) {
+      hash = (hash ^ static_cast<std::uint32_t>(word)) * 0xff51afd7ed558ccdull;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
 
 // A number in [0, 1).
 inline double UnitFromHash(std::uint64_t bits) {

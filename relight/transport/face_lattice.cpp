@@ -10,6 +10,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/low_discrepancy.h"
+
 namespace pleinair {
 namespace {
 
@@ -179,22 +181,12 @@ class FaceLattice::GridCorners {
   static constexpr double kLayerOffset = 0.381966;
 
   using Key = std::array<std::int32_t, 5>;
-  struct HashOfCorner {
-    std::size_t operator()(const Key& key) const {
-      std::uint64_t hash = 0;
-      for (const std::int32_t value : key) {
-        hash = (hash ^ static_cast<std::uint32_t>(value)) * 0x9e3779b97f4a7c15u;
-        hash ^= hash >> 32;
-      }
-      return hash;
-    }
-  };
 
   std::vector<Receiver>& receivers_;
   std::vector<std::uint32_t>& sides_;
   std::size_t first_;
   std::vector<float> apart_m_;
-  std::unordered_map<Key, std::uint32_t, HashOfCorner> known_;
+  std::unordered_map<Key, std::uint32_t, HashOfWords> known_;
 };
 
 FaceLattice::Grid FaceLattice::GridOver(const PatchScene& scene,

@@ -13,6 +13,7 @@
 #include <glm/common.hpp>
 
 #include "render/internal/draw_count.h"
+#include "scene/low_discrepancy.h"
 #include "scene/textured_material.h"
 
 namespace pleinair {
@@ -43,17 +44,6 @@ PlaceKey KeyOf(std::uint32_t vertex, const PlaceOfVertex& place) {
           bits(place.colour.b),
           bits(place.colour.a)};
 }
-
-struct PlaceKeyHash {
-  std::size_t operator()(const PlaceKey& key) const {
-    std::uint64_t hash = 0x9e3779b97f4a7c15u;
-    for (const std::uint32_t word : key) {
-      hash = (hash ^ word) * 0xff51afd7ed558ccdu;
-      hash ^= hash >> 32;
-    }
-    return static_cast<std::size_t>(hash);
-  }
-};
 
 // A mesh without materials gets a default one.
 const Material* MaterialOf(const Mesh& mesh, std::size_t triangle) {
@@ -179,7 +169,7 @@ void ObjectMesh::Upload(std::span<const Mesh* const> objects,
     if (mesh->materials.empty()) materials_.emplace_back();
   }
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;  // (vertex, material) to ours.
-  std::unordered_map<PlaceKey, std::uint32_t, PlaceKeyHash> vertex_at;  // By place.
+  std::unordered_map<PlaceKey, std::uint32_t, HashOfWords> vertex_at;  // By place.
   std::size_t last_object = objects.size();
   for (const Batch& batch : batches_) {
     last_object = objects.size();

@@ -13,6 +13,7 @@
 
 #include "scene/internal/mesh_normals.h"
 #include "scene/is_finite.h"
+#include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
@@ -20,18 +21,6 @@ namespace {
 // A triangle lower than four rounding errors of its coordinates: that much collinear corners are
 // apart after rounding to float, and its normal means nothing.
 constexpr double kDegenerateShare = 0x1p-22;
-
-struct KeyHash {
-  template <std::size_t kCount>
-  std::size_t operator()(const std::array<std::uint32_t, kCount>& key) const {
-    std::uint64_t hash = 0x9e3779b97f4a7c15u;
-    for (const std::uint32_t word : key) {
-      hash = (hash ^ word) * 0xff51afd7ed558ccdu;
-      hash ^= hash >> 32;
-    }
-    return static_cast<std::size_t>(hash);
-  }
-};
 
 template <std::size_t kCount>
 using Key = std::array<std::uint32_t, kCount>;
@@ -74,8 +63,8 @@ struct Kept {
 
 Kept KeepSound(std::span<const LooseTriangle> loose, MeshReport& report) {
   Kept kept;
-  std::unordered_map<Key<3>, std::uint32_t, KeyHash> index_of;
-  std::unordered_set<Key<3>, KeyHash> seen;
+  std::unordered_map<Key<3>, std::uint32_t, HashOfWords> index_of;
+  std::unordered_set<Key<3>, HashOfWords> seen;
   for (std::size_t i = 0; i < loose.size(); ++i) {
     std::array<glm::vec3, 3> corners;
     for (std::size_t c = 0; c < 3; ++c) corners[c] = glm::vec3(loose[i].corners[c].position_m);
@@ -111,7 +100,7 @@ struct EdgeUse {
 };
 
 void CountEdges(std::span<const glm::uvec3> triangles, MeshReport& report) {
-  std::unordered_map<Key<2>, EdgeUse, KeyHash> edges;
+  std::unordered_map<Key<2>, EdgeUse, HashOfWords> edges;
   edges.reserve(triangles.size() * 3 / 2);
   for (const glm::uvec3& triangle : triangles) {
     for (int corner = 0; corner < 3; ++corner) {
@@ -159,7 +148,7 @@ void RepairTriangles(std::span<const LooseTriangle> loose, Mesh& mesh, MeshRepor
   const bool has_colours =
       std::any_of(loose.begin(), loose.end(), [](const LooseTriangle& t) { return t.is_by_place; });
 
-  std::unordered_map<Key<4>, std::uint32_t, KeyHash> index_of;
+  std::unordered_map<Key<4>, std::uint32_t, HashOfWords> index_of;
   std::int64_t contradictions = 0;
   for (std::size_t t = 0; t < kept.triangles.size(); ++t) {
     const LooseTriangle& source = loose[kept.source[t]];
