@@ -1,6 +1,7 @@
 // The upper hemisphere cut into regions of equal solid angle (grosch-2007, section 5.1).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 
@@ -35,6 +36,17 @@ class SkyRegions {
   // The direction at a point of the unit square, which is laid over the region so that equal areas
   // are equal solid angles: x along the azimuth, y upwards.
   glm::dvec3 DirectionIn(std::size_t region, const glm::dvec2& point) const;
+  // Calls visit(neighbour) for `region` and those that touch it, some twice where sectors are few.
+  template <class Visit>
+  void ForNeighbours(std::size_t region, const Visit& visit) const {
+    const int band = static_cast<int>(region) / sectors_;
+    const int sector = static_cast<int>(region) % sectors_;
+    for (int b = std::max(0, band - 1); b <= std::min(bands_ - 1, band + 1); ++b) {
+      for (int turn = -1; turn <= 1; ++turn) {
+        visit(static_cast<std::size_t>(b * sectors_ + (sector + turn + sectors_) % sectors_));
+      }
+    }
+  }
 
   bool operator==(const SkyRegions&) const = default;
 

@@ -1,7 +1,6 @@
 #include "relight/transport/sky_visibility.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
@@ -11,22 +10,17 @@
 #include <tbb/parallel_for.h>
 #include <glm/geometric.hpp>
 
+#include "relight/transport/internal/region_irradiance.h"
 #include "scene/low_discrepancy.h"
 
 namespace pleinair {
 namespace {
 
-constexpr std::size_t kWordBits = 64;
-// Multiples of these, with i / n, fill four dimensions evenly: powers of the inverse of the root of
-// x^4 = x + 1 (Roberts 2018). Square roots of 2, 3 and 5 in their place leave three times the
-// error.
-constexpr std::array<double, 3> kLattice = {
-    0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+using internal::kFacesPerGroup;
+using internal::kLattice;
+using internal::kLeastRegionsToSkip;
 
-// Faces that are looked at together: those of some neighbouring patches, both sides.
-constexpr std::size_t kFacesPerGroup = 32;
-// With fewer regions than this there is nothing to gain from passing over some.
-constexpr std::size_t kLeastRegionsToSkip = 32;
+constexpr std::size_t kWordBits = 64;
 // A window of a sixteenth of a region is seen by the group's 16 x 16 rays for sure.
 constexpr std::size_t kFirstRaysPerRegion = 16;
 
@@ -39,18 +33,11 @@ struct RegionSeen {
 RegionSeen SeenAround(const SkyRegions& regions,
                       std::size_t region,
                       const std::vector<RegionSeen>& seen) {
-  const int sectors = regions.Sectors();
-  const int band = static_cast<int>(region) / sectors;
-  const int sector = static_cast<int>(region) % sectors;
   RegionSeen around;
-  for (int b = std::max(0, band - 1); b <= std::min(regions.Bands() - 1, band + 1); ++b) {
-    for (int turn = -1; turn <= 1; ++turn) {
-      const int s = (sector + turn + sectors) % sectors;
-      const RegionSeen& neighbour = seen[static_cast<std::size_t>(b * sectors + s)];
-      around.some_seen |= neighbour.some_seen;
-      around.some_hidden |= neighbour.some_hidden;
-    }
-  }
+  regions.ForNeighbours(region, [&](std::size_t neighbour) {
+    around.some_seen |= seen[neighbour].some_seen;
+    around.some_hidden |= seen[neighbour].some_hidden;
+  });
   return around;
 }
 

@@ -1,7 +1,6 @@
 #include "relight/transport/internal/region_irradiance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -14,15 +13,8 @@
 namespace pleinair::internal {
 namespace {
 
-// Multiples of these, with i / n, fill four dimensions evenly: powers of the inverse of the root of
-// x^4 = x + 1 (Roberts 2018).
-constexpr std::array<double, 3> kLattice = {
-    0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-
 // Neighbours whose normals have at least this cosine share what they have found.
 constexpr float kSameFacing = 0.99f;
-// With fewer regions than this there is nothing to gain from passing over some.
-constexpr std::size_t kLeastRegionsToSkip = 32;
 // A window of a sixteenth of a region is seen by so many rays for sure.
 constexpr std::size_t kFirstRaysPerRegion = 256;
 // A face casts one of a cell's rays; whether it casts the others depends on what it and the other
@@ -221,16 +213,8 @@ class Gather {
 
   // What is seen of a region and those that touch it.
   Seen SeenAround(std::size_t region, const std::vector<Seen>& seen) const {
-    const int sectors = regions_.Sectors();
-    const int band = static_cast<int>(region) / sectors;
-    const int sector = static_cast<int>(region) % sectors;
     Seen around;
-    for (int b = std::max(0, band - 1); b <= std::min(regions_.Bands() - 1, band + 1); ++b) {
-      for (int turn = -1; turn <= 1; ++turn) {
-        const int s = (sector + turn + sectors) % sectors;
-        around.Add(seen[static_cast<std::size_t>(b * sectors + s)]);
-      }
-    }
+    regions_.ForNeighbours(region, [&](std::size_t neighbour) { around.Add(seen[neighbour]); });
     return around;
   }
 
