@@ -38,14 +38,6 @@ struct Image {
   const Pixel& At(int x, int y) const { return pixels[Index(x, y)]; }
 };
 
-// Sets `image` to this size and one value, reusing its memory.
-template <typename Pixel>
-void Reset(int width, int height, const Pixel& value, Image<Pixel>& image) {
-  image.width = width;
-  image.height = height;
-  image.pixels.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value);
-}
-
 using RgbImage = Image<glm::vec3>;  // Linear light.
 using GrayImage = Image<float>;
 using Rgb8Image = Image<glm::u8vec3>;  // Display code values.

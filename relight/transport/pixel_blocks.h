@@ -294,10 +294,4 @@ void ForBlocks(const PixelBlocks& blocks,
   ForBetweenCorners(blocks, do_row, do_between, blank);
 }
 
-// The same where all blocks are done.
-template <class DoRow, class DoBetween>
-void ForBlocks(const PixelBlocks& blocks, const DoRow& do_row, const DoBetween& do_between) {
-  ForBlocks(blocks, do_row, do_between, [](std::size_t) {});
-}
-
 }  // namespace pleinair

@@ -20,6 +20,8 @@ struct Size {
 constexpr std::array<Size, 7> kSizes{
     {{9, 5, 4}, {10, 7, 4}, {12, 8, 4}, {3, 2, 8}, {1, 6, 4}, {1, 1, 4}, {7, 5, 1}}};
 
+constexpr auto kBlankNothing = [](std::size_t) {};
+
 TEST(PixelBlocks, EachPixelIsDoneOnce) {
   for (const Size& size : kSizes) {
     const PixelBlocks blocks(size.width, size.height, size.side_px);
@@ -33,7 +35,8 @@ TEST(PixelBlocks, EachPixelIsDoneOnce) {
           if ((column + row) % 2 == 0) return false;
           block.ForPixelsBetween([&](int x, int y) { ++done.At(x, y); });
           return true;
-        });
+        },
+        kBlankNothing);
     EXPECT_TRUE(std::ranges::all_of(done.pixels, [](std::uint8_t times) { return times == 1; }))
         << size.width << "x" << size.height << " in blocks of " << size.side_px;
   }
@@ -54,7 +57,8 @@ TEST(PixelBlocks, CornersAreDoneBeforeWhatLiesBetween) {
             all_were = all_were && done.pixels[corner] != 0;
           }
           return true;
-        });
+        },
+        kBlankNothing);
     EXPECT_TRUE(all_were) << size.width << "x" << size.height << " in blocks of " << size.side_px;
   }
 }
