@@ -100,7 +100,7 @@ std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name) {
   for (const NamedDictionary& entry : kDictionaries) {
     if (name != entry.name) continue;
     const auto dictionary = cv::aruco::getPredefinedDictionary(entry.id);
-    return MarkerDictionary{entry.name, dictionary->bytesList.rows, dictionary->markerSize + 2};
+    return MarkerDictionary{entry.name, dictionary->bytesList.rows};
   }
   return std::nullopt;
 }
@@ -170,25 +170,6 @@ Gray8Image MarkerPicture(const RgbImage& radiance) {
     grey.pixels[i] = static_cast<std::uint8_t>(std::lround(code));
   }
   return grey;
-}
-
-Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell) {
-  const auto known = OpenCvDictionary(dictionary);
-  if (id < 0 || id >= known->bytesList.rows) {
-    throw std::invalid_argument("marker id: expected 0 to " +
-                                std::to_string(known->bytesList.rows - 1) + " in " + dictionary +
-                                ", found " + std::to_string(id));
-  }
-  if (pixels_per_cell < 1) {
-    throw std::invalid_argument("pixels_per_cell: expected 1 or more, found " +
-                                std::to_string(pixels_per_cell));
-  }
-  const int side = (known->markerSize + 2) * pixels_per_cell;
-  cv::Mat marker;
-  cv::aruco::drawMarker(known, id, side, marker);
-  Gray8Image drawn(side + 2 * pixels_per_cell, side + 2 * pixels_per_cell, 255);
-  marker.copyTo(MatOf(drawn)({pixels_per_cell, pixels_per_cell, side, side}));
-  return drawn;
 }
 
 }  // namespace pleinair

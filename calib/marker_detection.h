@@ -18,7 +18,6 @@ namespace pleinair {
 struct MarkerDictionary {
   std::string name;
   int marker_count = 0;  // Ids are 0 to marker_count - 1.
-  int cells = 0;         // A side, the black border of one cell included.
 };
 // None for an unknown name.
 std::optional<MarkerDictionary> FindMarkerDictionary(std::string_view name);
@@ -28,7 +27,7 @@ std::vector<std::string> MarkerDictionaryNames();
 struct DetectedMarker {
   int id = 0;
   // Outer corners of the black border, integer coordinates at pixel centres: the marker's own top
-  // left (as DrawMarker draws it), top right, bottom right, bottom left.
+  // left (as it is printed), top right, bottom right, bottom left.
   std::array<glm::dvec2, 4> corners_px{};
 };
 
@@ -48,11 +47,5 @@ Gray8Image MarkerPicture(const Rgb8Image& codes);
 // An 8-bit picture of `radiance`: white is its 98th percentile, and codes are sRGB's, so that
 // markers in shade keep their contrast. Values that are not finite or negative become black.
 Gray8Image MarkerPicture(const RgbImage& radiance);
-
-// Returns the marker to print: `pixels_per_cell` pixels for each cell, with a white rim of one
-// cell.
-// Throws  std::invalid_argument naming the value: a dictionary or id that is not there, a size
-//         below 1.
-Gray8Image DrawMarker(const std::string& dictionary, int id, int pixels_per_cell);
 
 }  // namespace pleinair

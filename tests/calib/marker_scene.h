@@ -12,6 +12,7 @@
 
 #include "calib/lens.h"
 #include "calib/marker_board.h"
+#include "tests/calib/drawn_marker.h"
 
 namespace pleinair {
 
