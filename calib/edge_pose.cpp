@@ -255,9 +255,7 @@ tl::expected<EdgePose, UndeterminedPose> RefinePoseByEdges(
       if (std::abs(step) > 2.0 * kNearPx) others_per_px += 1.0 / (2.0 * (kFarPx - 2.0 * kNearPx));
     }
     const double nearest = sample.NearestPx();
-    const bool counts = std::abs(nearest) <= kNearPx;
-    result.samples.push_back({sample.pixel, sample.normal, nearest, counts});
-    if (!counts) continue;
+    if (!(std::abs(nearest) <= kNearPx)) continue;
     squares += nearest * nearest;
     counting.push_back(sample);
   }

@@ -1,11 +1,7 @@
 // The pose of a camera, from the mesh's edges in its picture and a rough pose.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include <glm/mat4x4.hpp>
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
@@ -32,15 +28,6 @@ struct EdgePoseOptions {
   void Validate() const;
 };
 
-// A place on an edge of the mesh that the camera sees.
-struct EdgeSample {
-  glm::dvec2 pixel{0.0};   // Where the pose puts it.
-  glm::dvec2 normal{0.0};  // Unit, across the edge.
-  // Distance of the picture's nearest edge along the normal; infinite: none.
-  double offset_px = 0.0;
-  bool counts = false;  // It is near enough to be that edge.
-};
-
 // A pose and its accuracy.
 struct EdgePose {
   glm::dmat4 camera_from_world{1.0};
@@ -54,7 +41,6 @@ struct EdgePose {
   // About and along each of the camera's axes.
   glm::dvec3 axis_rotation_sigma_rad{0.0};
   glm::dvec3 axis_position_sigma_m{0.0};
-  std::vector<EdgeSample> samples;
 };
 
 // Returns the pose near `rough_camera_from_world` whose projected edges lie on edges of the
