@@ -106,7 +106,6 @@ class Placing {
   }
 
   const MarkerLayout& Layout() const { return layout_; }
-  const std::vector<const MarkerView*>& Views() const { return views_; }
 
  private:
   std::vector<PointMatch> MatchesOf(const DetectedMarker& marker, const glm::dmat4& placed) const {

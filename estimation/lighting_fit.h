@@ -58,7 +58,6 @@ struct LightingFit {
   std::vector<std::int32_t> inliers;  // Their indices in the samples given.
   double relative_residual = 0.0;     // Weighted rms over the used samples.
   double shared_error = 0.0;          // As fitted: see LightingFitOptions::shared_error.
-  double sky_shape_error = 0.0;       // As fitted: see the same of the options.
   bool sun_is_fitted = true;          // False: held at 0.
   int passes = 0;
   bool converged = false;

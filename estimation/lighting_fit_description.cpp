@@ -207,7 +207,6 @@ void LightingFitter::Impl::Describe(const LightingPrior& prior,
   }
   fit.relative_residual = reweighting.RelativeResidual();
   fit.shared_error = reweighting.SharedError();
-  fit.sky_shape_error = reweighting.SkyShapeError();
   DescribeCamera(prior.camera, with_errors, fit);
   DescribeWeathers(samples.normal + prior_information, fit);
 }

@@ -147,7 +147,6 @@ LightForecast LightForecaster::At(UtcTime time) {
   }
   const SurfaceView& view = view_builder_.Update(
       camera_, forecast.sun.direction_enu, forecast.sun.angular_radius_rad, *basis, {});
-  view_ = &view;
   CountShares(view, forecast);
 
   const ClearSkyExpectation light = clear_sky_.At(forecast.sun.direction_enu);

@@ -67,9 +67,6 @@ class LightForecaster {
   // A pure function of `time`. Cost: transport of a new sun over the view.
   LightForecast At(UtcTime time);
 
-  // The view of At's last picture with the sun up.
-  const SurfaceView* View() const { return view_; }
-
  private:
   Rgb8Image PictureOf(const SurfaceView& view,
                       const ClearSkyExpectation& light,
@@ -82,7 +79,6 @@ class LightForecaster {
   LightForecastOptions options_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;
-  const SurfaceView* view_ = nullptr;
 };
 
 }  // namespace pleinair

@@ -181,10 +181,9 @@ void HeadlessContext::MakeCurrent() const {
 }
 
 GlDescription HeadlessContext::Describe() const {
-  constexpr unsigned kGlVendor = 0x1f00;
   constexpr unsigned kGlRenderer = 0x1f01;
   constexpr unsigned kGlVersion = 0x1f02;
-  return {GlString(kGlVendor), GlString(kGlRenderer), GlString(kGlVersion)};
+  return {GlString(kGlRenderer), GlString(kGlVersion)};
 }
 
 const void* CurrentContext() { return eglGetCurrentContext(); }

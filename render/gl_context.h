@@ -10,7 +10,6 @@ enum class GlApi { kDesktop45, kEs31 };
 
 // The driver's own strings.
 struct GlDescription {
-  std::string vendor;
   std::string renderer;
   std::string version;
 };

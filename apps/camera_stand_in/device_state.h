@@ -132,8 +132,6 @@ struct DeviceState {
   int fault_count = 0;
   std::array<Fault, kMaxFaults> faults{};  // In the order in which they strike.
   std::int64_t corrupt_count = 0;
-  std::int64_t delivered = 0;
-  std::int64_t dropped = 0;
 
   bool clock_is_set = false;
   std::atomic<std::int64_t> realtime_minus_monotonic_ns{0};

@@ -89,7 +89,6 @@ SiteSurface SurfaceOf(const Reconstruction& world, const SurfacePlane& found) {
   surface.albedo = AlbedoOf(world, found.fit.members);
   surface.points = found.fit.members.size();
   surface.rms_m = found.fit.rms;
-  surface.normal_sigma_rad = found.fit.normal_sigma_rad;
   return surface;
 }
 

@@ -24,7 +24,6 @@ struct SiteSurface {
   glm::dvec3 albedo{0.5};  // A guess: the hue of its points in the pictures, and a mean of 0.5.
   std::size_t points = 0;  // Number of points of the fit; 0: the plane is assumed.
   double rms_m = 0.0;      // Rms of their distances.
-  double normal_sigma_rad = 0.0;
 };
 
 // One mark, in pixels of the photograph as the model has it.

@@ -105,7 +105,6 @@ class Reweighting {
   // w, per sample.
   const std::vector<double>& Weights() const { return weight_; }
   double SharedError() const { return shared_error_; }
-  double SkyShapeError() const { return sky_shape_error_; }
   double InlierFraction() const;
   double RelativeResidual() const;
 

@@ -60,7 +60,6 @@ class SkyVisibility {
                                const FacePoints& points,
                                std::shared_ptr<const SkyDirections> directions);
 
-  std::size_t ReceiverCount() const { return normals_.size(); }
   // Irradiance from unit radiance of each region: [receiver * regions + region].
   std::vector<float> FromRegions() const;
   // Irradiance from a sky of given radiance in each direction. Throws std::invalid_argument for a

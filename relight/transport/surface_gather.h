@@ -23,8 +23,6 @@ namespace pleinair {
 
 class SurfaceGather {
  public:
-  static constexpr std::int32_t kBlendedBlocks = 4;
-
   SurfaceGather() = default;
   // One receiver for each plane that a block of `block_px` pixels shows, at the pixel nearest to
   // the middle of what shows it. A pixel blends the same plane's receivers of the four blocks

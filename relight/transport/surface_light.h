@@ -62,7 +62,6 @@ class SurfaceLight {
                 std::vector<glm::vec3> face_radiosity) {
     SetLights({{light, std::move(sky), std::move(face_radiosity)}});
   }
-  std::size_t Lights() const { return lights_.size(); }
 
   // Irradiance at the points that pixels show, zero where they show none; within planar blocks it
   // is blended between the corners. Throws std::logic_error for a side that has not been shown.

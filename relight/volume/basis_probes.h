@@ -21,7 +21,6 @@ class BasisProbes {
   BasisProbes(std::size_t lights, std::size_t probes);
 
   std::size_t Lights() const { return lights_; }
-  std::size_t Probes() const { return probes_; }
   // Replaces what light `light` makes of all probes; before that it makes nothing. Throws
   // std::invalid_argument for another number of probes or no such light.
   void Set(std::size_t light, std::span<const ShRgb> probes);

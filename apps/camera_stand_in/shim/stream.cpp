@@ -292,7 +292,6 @@ bool Handle::DoPicture() {
   }
   last_time_ns_ = time_ns;
   if (queued_.empty()) {
-    ++state_.dropped;
     unseen_ = next_.fault;
   } else {
     capture.buffer = queued_.front();
@@ -300,7 +299,6 @@ bool Handle::DoPicture() {
     buffers_[capture.buffer] = {.is_queued = false, .is_done = true};
     done_.push_back(capture);
     has_ended_ = is_last;
-    ++state_.delivered;
   }
   state_.stream_ns += TickNs(tick_ + 1) - time_ns;
   ++tick_;

@@ -143,7 +143,6 @@ void TakeDirection(const Reconstruction& world,
                        kKept * static_cast<double>(wall.members.size())) {
       continue;
     }
-    turned->normal_sigma_rad = wall.normal_sigma_rad;
     wall = std::move(*turned);
     return;
   }
@@ -339,7 +338,6 @@ std::vector<SurfacePlane> FindWalls(const Reconstruction& world,
             return IsReliefOf(world, known.fit, *wall, options.tolerance_m);
           });
       if (is_relief) continue;
-      wall->normal_sigma_rad = fit->normal_sigma_rad;
       walls.push_back({"", std::move(*wall)});
     }
     Remove(fit->members, candidates);

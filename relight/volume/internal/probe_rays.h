@@ -29,8 +29,6 @@ struct SourceLayout {
   std::uint32_t pixels = 0;
   std::uint32_t faces = 0;
   std::uint32_t skies = 0;
-
-  std::uint32_t Count() const { return pixels + faces + skies; }
 };
 
 // How many rays met what.
