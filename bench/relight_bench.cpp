@@ -80,7 +80,7 @@ void ProbesByFolding(benchmark::State& state) {
   const FoldedVolume folded(site.probes, site.basis);
   IrradianceVolume volume;
   for (auto _ : state) {
-    folded.Combine(site.lighting, volume);
+    folded.Combine(site.lighting, {}, volume);
     benchmark::DoNotOptimize(volume.probes.data());
   }
 }
@@ -110,7 +110,7 @@ void EnvironmentOfAMovedSun(benchmark::State& state) {
 void VerticesOfAKeptPose(benchmark::State& state) {
   const Site& site = TheSite();
   IrradianceVolume volume;
-  FoldedVolume(site.probes, site.basis).Combine(site.lighting, volume);
+  FoldedVolume(site.probes, site.basis).Combine(site.lighting, {}, volume);
   Object object(state.range(0));
   const VertexIrradiance points(volume, object.positions_m, object.normals);
   for (auto _ : state) {
@@ -123,7 +123,7 @@ void VerticesOfAKeptPose(benchmark::State& state) {
 void VerticesOfANewPose(benchmark::State& state) {
   const Site& site = TheSite();
   IrradianceVolume volume;
-  FoldedVolume(site.probes, site.basis).Combine(site.lighting, volume);
+  FoldedVolume(site.probes, site.basis).Combine(site.lighting, {}, volume);
   Object object(state.range(0));
   for (auto _ : state) {
     IrradianceAt(volume, object.positions_m, object.normals, object.irradiance);
@@ -174,7 +174,7 @@ void CombineSixtyFourRegions(benchmark::State& state) {
   const Lighting lighting = SixtyFourRegions();
   IrradianceVolume volume;
   for (auto _ : state) {
-    folded.Combine(lighting, volume);
+    folded.Combine(lighting, {}, volume);
     benchmark::DoNotOptimize(volume.probes.data());
   }
 }
@@ -185,7 +185,7 @@ void CombineWhatAnObjectNeeds(benchmark::State& state) {
   const FoldedVolume folded = room.Fold();
   const Lighting lighting = SixtyFourRegions();
   IrradianceVolume volume;
-  folded.Combine(lighting, volume);
+  folded.Combine(lighting, {}, volume);
   const std::array boxes{BoundingBox{{1.7f, 1.8f, 1.0f}, {2.2f, 2.3f, 1.5f}}};
   const std::vector<std::uint8_t> needed = ProbesNeededIn(room.grid, volume.valid, boxes);
   for (auto _ : state) {

@@ -388,13 +388,6 @@ LightingFit LightingFitter::Fit(std::span<const DiffuseSample> samples,
   return fit;
 }
 
-LightingFit FitLighting(std::span<const DiffuseSample> samples,
-                        const LightingPrior& prior,
-                        bool sun_is_up,
-                        const LightingFitOptions& options) {
-  return LightingFitter(options).Fit(samples, prior, sun_is_up);
-}
-
 void MarkRejected(const LightingFit& fit, std::span<DiffuseSample> samples) {
   for (DiffuseSample& sample : samples) sample.is_rejected = true;
   for (const std::int32_t inlier : fit.inliers) {

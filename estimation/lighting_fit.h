@@ -106,12 +106,6 @@ class LightingFitter {
   std::unique_ptr<Impl> impl_;
 };
 
-// The same, set up for one call.
-LightingFit FitLighting(std::span<const DiffuseSample> samples,
-                        const LightingPrior& prior,
-                        bool sun_is_up,
-                        const LightingFitOptions& options = {});
-
 // Sets is_rejected of all samples. They are those that `fit` was computed from.
 void MarkRejected(const LightingFit& fit, std::span<DiffuseSample> samples);
 

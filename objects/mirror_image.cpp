@@ -71,12 +71,6 @@ std::optional<GlossyPoint> GlossyPointOf(const Mesh& mesh,
 
 }  // namespace
 
-bool IsGlossy(const Mesh& mesh) {
-  return std::any_of(mesh.triangle_material.begin(),
-                     mesh.triangle_material.end(),
-                     [&](std::uint32_t material) { return Mirrors(mesh.materials[material]); });
-}
-
 void MirrorImageOptions::Validate() const {
   if (rays_per_pixel < 1) {
     throw std::invalid_argument("MirrorImageOptions::rays_per_pixel is " +

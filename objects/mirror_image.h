@@ -142,7 +142,4 @@ class MirrorImage {
   std::vector<std::int32_t> sunlit_pixels_;
 };
 
-// Whether any material of the mesh mirrors.
-bool IsGlossy(const Mesh& mesh);
-
 }  // namespace pleinair

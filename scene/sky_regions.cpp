@@ -32,13 +32,6 @@ double SkyRegions::SolidAngleSr() const {
   return 2.0 * std::numbers::pi / static_cast<double>(Count());
 }
 
-double SkyRegions::HorizontalIrradiance(std::size_t region) const {
-  // The integral of sin(e) over the region's solid angle: pi / S (sin^2 e1 - sin^2 e0).
-  const std::size_t band = region / static_cast<std::size_t>(sectors_);
-  return std::numbers::pi * (2.0 * static_cast<double>(band) + 1.0) /
-         (static_cast<double>(sectors_) * bands_ * static_cast<double>(bands_));
-}
-
 glm::dvec3 SkyRegions::DirectionIn(std::size_t region, const glm::dvec2& point) const {
   const auto sectors = static_cast<std::size_t>(sectors_);
   const std::size_t band = region / sectors;

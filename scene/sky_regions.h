@@ -31,8 +31,6 @@ class SkyRegions {
   std::optional<std::size_t> RegionOf(const glm::dvec3& direction_enu) const;
   // Solid angle of each region.
   double SolidAngleSr() const;
-  // Irradiance of an unoccluded horizontal plane by unit radiance of `region`. They sum to pi.
-  double HorizontalIrradiance(std::size_t region) const;
   // The direction at a point of the unit square, which is laid over the region so that equal areas
   // are equal solid angles: x along the azimuth, y upwards.
   glm::dvec3 DirectionIn(std::size_t region, const glm::dvec2& point) const;

@@ -470,9 +470,4 @@ std::vector<glm::vec3> GatheredRays::OtherDirectionsOf(std::size_t receiver) con
   return directions;
 }
 
-double GatheredRays::SkyShareOf(std::size_t receiver) const {
-  return static_cast<double>(sky_begin_[receiver + 1] - sky_begin_[receiver]) /
-         RayCountOf(receiver);
-}
-
 }  // namespace pleinair

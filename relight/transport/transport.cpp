@@ -77,13 +77,6 @@ std::vector<glm::vec3> PatchTransport::DirectFromSun(const PatchScene& scene,
   return irradiance;
 }
 
-FaceLight PatchTransport::SolveSky(const PatchScene& scene,
-                                   const SkyShape& shape,
-                                   int bounces) const {
-  CheckFaceCount(scene.FaceCount(), face_rays_.ReceiverCount(), "scene");
-  return Solve(scene, DirectFromSky(shape), bounces);
-}
-
 FaceLight PatchTransport::SolveSun(const PatchScene& scene,
                                    const glm::dvec3& sun_direction_enu,
                                    double sun_angular_radius_rad,

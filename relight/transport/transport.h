@@ -102,7 +102,6 @@ class GatheredRays {
   std::vector<glm::vec3> SkyDirectionsOf(std::size_t receiver) const;
   // Where they were asked for: GatherOptions::keep_directions_from_face. To 0.1 deg.
   std::vector<glm::vec3> OtherDirectionsOf(std::size_t receiver) const;
-  double SkyShareOf(std::size_t receiver) const;
 
   // Defined in relight/internal/serialization.h.
   template <class Archive>
@@ -210,7 +209,6 @@ class PatchTransport {
   // reflect direct light only. kAllBounces iterates until what is missing is below 1e-6 of the
   // largest radiosity. Throws std::invalid_argument when the scene is not the one of construction
   // (by face count), or bounces < -1.
-  FaceLight SolveSky(const PatchScene& scene, const SkyShape& shape, int bounces) const;
   FaceLight SolveSun(const PatchScene& scene,
                      const glm::dvec3& sun_direction_enu,
                      double sun_angular_radius_rad,

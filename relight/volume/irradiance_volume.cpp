@@ -123,26 +123,18 @@ void FoldedVolume::Refold(const ProbeOperator& probes,
   probes_of_basis_.Set(light, Fold(probes, basis, light));
 }
 
-void FoldedVolume::Combine(const Lighting& lighting, IrradianceVolume& volume) const {
-  const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.Lights(), kWhat);
-  volume.grid = grid_;
-  volume.valid = valid_;
-  volume.probes.resize(valid_.size());
-  probes_of_basis_.Sum(weights, {}, volume.probes);
-}
-
 void FoldedVolume::Combine(const Lighting& lighting,
                            std::span<const std::uint8_t> needed,
                            IrradianceVolume& volume) const {
   const std::vector<glm::vec3> weights = BasisWeights(lighting, probes_of_basis_.Lights(), kWhat);
-  if (needed.size() != valid_.size()) {
+  if (!needed.empty() && needed.size() != valid_.size()) {
     throw std::invalid_argument("irradiance volume: marks of " + std::to_string(needed.size()) +
                                 " probes, expected " + std::to_string(valid_.size()));
   }
   volume.grid = grid_;
-  volume.valid.resize(valid_.size());
-  for (std::size_t probe = 0; probe < valid_.size(); ++probe) {
-    volume.valid[probe] = valid_[probe] != 0 && needed[probe] != 0 ? 1 : 0;
+  volume.valid = valid_;
+  for (std::size_t probe = 0; probe < needed.size(); ++probe) {
+    if (needed[probe] == 0) volume.valid[probe] = 0;
   }
   volume.probes.resize(valid_.size());
   probes_of_basis_.Sum(weights, volume.valid, volume.probes);

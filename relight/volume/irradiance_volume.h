@@ -75,12 +75,11 @@ class FoldedVolume {
   // Folds basis light `light` again (0 is the sun). Throws std::logic_error before anything was
   // folded, std::invalid_argument for another operator, another number of lights, or no such light.
   void Refold(const ProbeOperator& probes, const BasisLights& basis, std::size_t light);
-  // Writes into `volume`, which keeps its memory from frame to frame.
-  // Throws std::invalid_argument when `lighting` has other sky components than were folded.
-  void Combine(const Lighting& lighting, IrradianceVolume& volume) const;
-  // The same for the probes that `needed` marks alone (ProbesNeededIn): the others are not valid in
-  // `volume`, so that points elsewhere take the nearest of these. Throws also for another number of
-  // marks than probes.
+  // Writes into `volume`, which keeps its memory from frame to frame. Where `needed` is not empty,
+  // probes that it does not mark (ProbesNeededIn) are not valid in `volume`, so that points
+  // elsewhere take the nearest of the others.
+  // Throws std::invalid_argument when `lighting` has other sky components than were folded, and for
+  // another number of marks than probes.
   void Combine(const Lighting& lighting,
                std::span<const std::uint8_t> needed,
                IrradianceVolume& volume) const;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/estimation/synthetic_fisheye.h"
+#include "tests/scene/region_light.h"
 
 namespace pleinair::fisheye_sky_test {
 namespace {
@@ -107,7 +108,7 @@ TEST(FisheyeSky, TheShapeMayBeThatOfTheRegionsAlone) {
   glm::dvec3 horizontal(0.0);
   for (std::size_t region = 0; region < regions.Count(); ++region) {
     const glm::dvec3& mean = sky.RegionRadiance()[region];
-    horizontal += regions.HorizontalIrradiance(region) * mean;
+    horizontal += HorizontalIrradiance(regions, region) * mean;
     for (const glm::dvec2 point : {glm::dvec2(0.2, 0.5), glm::dvec2(0.8, 0.7)}) {
       const glm::dvec3 radiance =
           glm::dvec3(sky.Shape()->Radiance(glm::vec3(regions.DirectionIn(region, point)))) *

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "estimation/lighting_fit.h"
+#include "tests/estimation/fit_lighting.h"
 #include "tests/estimation/synthetic_scene.h"
 
 namespace pleinair::lighting_fit_hard_cases_test {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/SVD>
 
+#include "tests/estimation/fit_lighting.h"
 #include "tests/estimation/synthetic_scene.h"
 
 namespace pleinair::lighting_fit_test {

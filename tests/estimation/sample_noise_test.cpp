@@ -9,6 +9,7 @@
 
 #include "estimation/lighting_fit.h"
 #include "estimation/rough_light.h"
+#include "tests/estimation/fit_lighting.h"
 #include "tests/estimation/synthetic_scene.h"
 
 namespace pleinair::sample_noise_test {

@@ -8,6 +8,7 @@
 
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_prior.h"
+#include "tests/estimation/fit_lighting.h"
 #include "tests/estimation/synthetic_scene.h"
 
 namespace pleinair::shadow_cues_test {

@@ -195,7 +195,7 @@ TEST(IrradianceVolumeHardCases, CombinesTheNeededProbesAlone) {
   lighting.sky = {{"uniform", {100.0, 110.0, 120.0}}};
   const FoldedVolume folded(probes, basis);
   IrradianceVolume all, some;
-  folded.Combine(lighting, all);
+  folded.Combine(lighting, {}, all);
   const std::array boxes{BoundingBox{{0.1f, 0.0f, 0.2f}, {0.6f, 0.3f, 0.9f}}};
   folded.Combine(lighting, ProbesNeededIn(grid, probes.Valid(), boxes), some);
   const glm::vec3 inside(0.3f, 0.2f, 0.5f);
@@ -226,7 +226,7 @@ TEST(IrradianceVolumeHardCases, SameBitsForAnyNumberOfThreads) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t threads = std::array{1u, 2u, 8u}[i];
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    FoldedVolume(probes, basis).Combine(lighting, volumes[i]);
+    FoldedVolume(probes, basis).Combine(lighting, {}, volumes[i]);
     IrradianceAt(volumes[i], positions, normals, irradiance[i]);
   }
   EXPECT_EQ(volumes[0].probes, volumes[1].probes);
@@ -266,9 +266,9 @@ TEST(IrradianceVolumeHardCases, RefusesWhatDoesNotFit) {
   basis.sky_radiance.resize(2);
   FoldedVolume folded(probes, basis);
   IrradianceVolume out;
-  EXPECT_THROW(folded.Combine(Lighting{}, out), std::invalid_argument);
+  EXPECT_THROW(folded.Combine(Lighting{}, {}, out), std::invalid_argument);
   EXPECT_THROW(FoldedVolume{}.Refold(probes, basis, 0), std::logic_error);
-  EXPECT_THROW(FoldedVolume{}.Combine(Lighting{}, out), std::invalid_argument);
+  EXPECT_THROW(FoldedVolume{}.Combine(Lighting{}, {}, out), std::invalid_argument);
 }
 
 }  // namespace

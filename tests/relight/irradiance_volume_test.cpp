@@ -107,7 +107,7 @@ IrradianceVolume OpenField(const SkyShape& shape, const glm::dvec3& irradiance_r
   Lighting lighting;
   lighting.sky = {{shape.Name(), irradiance_rgb}};
   IrradianceVolume volume;
-  FoldedVolume(probes, basis).Combine(lighting, volume);
+  FoldedVolume(probes, basis).Combine(lighting, {}, volume);
   return volume;
 }
 
@@ -142,7 +142,7 @@ TEST(IrradianceVolume, TheGroundSendsItsAlbedoBack) {
   Lighting lighting;
   lighting.sky = {{"uniform", glm::dvec3(1.0)}};
   IrradianceVolume volume;
-  FoldedVolume(probes, basis).Combine(lighting, volume);
+  FoldedVolume(probes, basis).Combine(lighting, {}, volume);
   for (const float height_m : {0.0f, 0.7f, 2.0f}) {
     const glm::vec3 point(0.2f, -0.3f, height_m);
     EXPECT_NEAR(volume.Irradiance(point, kUp).x, 1.0f, 0.003f);
@@ -158,7 +158,7 @@ TEST(IrradianceVolume, BothRoutesGiveTheSameProbes) {
   SynthesiseEnvironment(yard.basis.environment, kDay, environment);
   const IrradianceVolume by_map = VolumeFromEnvironment(yard.probes, yard.basis, environment, kDay);
   IrradianceVolume folded;
-  FoldedVolume(yard.probes, yard.basis).Combine(kDay, folded);
+  FoldedVolume(yard.probes, yard.basis).Combine(kDay, {}, folded);
   ASSERT_GT(LargestOf(folded.probes), 0.0);
   EXPECT_LT(LargestApart(by_map.probes, folded.probes), 2e-6 * LargestOf(folded.probes));
   EXPECT_EQ(by_map.valid, folded.valid);
@@ -198,9 +198,9 @@ TEST(IrradianceVolume, IsLinearInTheLight) {
     mixed.sky[k].irradiance_rgb = a * one.sky[k].irradiance_rgb + b * two.sky[k].irradiance_rgb;
   }
   IrradianceVolume volume_one, volume_two, volume_mixed;
-  folded.Combine(one, volume_one);
-  folded.Combine(two, volume_two);
-  folded.Combine(mixed, volume_mixed);
+  folded.Combine(one, {}, volume_one);
+  folded.Combine(two, {}, volume_two);
+  folded.Combine(mixed, {}, volume_mixed);
   std::vector<ShRgb> sum = volume_one.probes;
   for (std::size_t p = 0; p < sum.size(); ++p) {
     for (std::size_t j = 0; j < sum[p].size(); ++j) {
@@ -218,8 +218,8 @@ TEST(IrradianceVolume, RefoldingTheSunIsTheSameAsFolding) {
   yard.basis.face_radiosity[0] = yard.FaceLight(5);
   kept.Refold(yard.probes, yard.basis, 0);
   IrradianceVolume refolded, again;
-  kept.Combine(kDay, refolded);
-  FoldedVolume(yard.probes, yard.basis).Combine(kDay, again);
+  kept.Combine(kDay, {}, refolded);
+  FoldedVolume(yard.probes, yard.basis).Combine(kDay, {}, again);
   EXPECT_EQ(refolded.probes, again.probes);
 }
 
@@ -250,7 +250,7 @@ TEST(IrradianceVolume, ReproducesALinearField) {
 TEST(IrradianceVolume, AtAProbeIsTheProbesOwnIrradiance) {
   const LitYard yard;
   IrradianceVolume volume;
-  FoldedVolume(yard.probes, yard.basis).Combine(kDay, volume);
+  FoldedVolume(yard.probes, yard.basis).Combine(kDay, {}, volume);
   for (const std::size_t p : {0u, 31u, 60u}) {
     if (volume.valid[p] == 0) continue;
     for (const glm::vec3& n : {kUp, -kUp, glm::vec3(0.6f, -0.48f, 0.64f)}) {
@@ -266,7 +266,7 @@ TEST(IrradianceVolume, AtAProbeIsTheProbesOwnIrradiance) {
 TEST(IrradianceVolume, ManyPointsAreAsOneByOne) {
   const LitYard yard;
   IrradianceVolume volume;
-  FoldedVolume(yard.probes, yard.basis).Combine(kDay, volume);
+  FoldedVolume(yard.probes, yard.basis).Combine(kDay, {}, volume);
   std::vector<glm::vec3> positions, normals;
   for (int i = 0; i < 5000; ++i) {
     const auto t = static_cast<float>(i);

@@ -9,6 +9,7 @@
 
 #include "scene/lat_long.h"
 #include "tests/relight/memory_store.h"
+#include "tests/relight/solve_sky.h"
 #include "tests/relight/survey_test_site.h"
 
 namespace pleinair::prepared_scene_test {
@@ -59,8 +60,8 @@ void ExpectSame(const PreparedScene& a, const PreparedScene& b) {
   EXPECT_EQ(a.survey->light.sky_radiance.pixels, b.survey->light.sky_radiance.pixels);
   EXPECT_EQ(a.survey->light.sun_irradiance_rgb, b.survey->light.sun_irradiance_rgb);
   const auto sky = MakeUniformSkyShape();
-  EXPECT_EQ(a.transport.SolveSky(a.patches, *sky, kAllBounces).radiosity,
-            b.transport.SolveSky(b.patches, *sky, kAllBounces).radiosity);
+  EXPECT_EQ(SolveSky(a.transport, a.patches, *sky, kAllBounces).radiosity,
+            SolveSky(b.transport, b.patches, *sky, kAllBounces).radiosity);
   EXPECT_EQ(a.survey->gather->Rays().FromSky(*sky), b.survey->gather->Rays().FromSky(*sky));
   EXPECT_EQ(a.probes.Valid(), b.probes.Valid());
 }

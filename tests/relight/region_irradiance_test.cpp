@@ -10,6 +10,7 @@
 #include "relight/transport/sky_visibility.h"
 #include "relight/transport/transport.h"
 #include "tests/relight/window_room.h"
+#include "tests/scene/region_light.h"
 
 namespace pleinair::region_irradiance_test {
 namespace {
@@ -43,7 +44,7 @@ TEST(RegionIrradiance, AnOpenGroundGetsAllOfEachRegion) {
     const std::vector<float> irradiance = OfAllFaces(
         scene, ExposedTransport(scene), regions, 1024 * static_cast<int>(regions.Count()));
     for (std::size_t region = 0; region < regions.Count(); ++region) {
-      const double expected = regions.HorizontalIrradiance(region);
+      const double expected = HorizontalIrradiance(regions, region);
       EXPECT_NEAR(irradiance[region], expected, 0.005 * expected) << region;
       EXPECT_EQ(irradiance[regions.Count() + region], 0.0f);  // The lower side.
     }

@@ -10,6 +10,7 @@
 #include <tbb/global_control.h>
 
 #include "tests/relight/window_room.h"
+#include "tests/scene/region_light.h"
 
 namespace pleinair::sky_visibility_test {
 namespace {
@@ -29,7 +30,7 @@ TEST(SkyVisibility, AnOpenPlaneGetsEachRegionsClosedForm) {
     const std::vector<float> irradiance = open.FromRegions();
     double sum = 0.0;
     for (std::size_t region = 0; region < regions.Count(); ++region) {
-      const double expected = regions.HorizontalIrradiance(region);
+      const double expected = HorizontalIrradiance(regions, region);
       EXPECT_NEAR(irradiance[region], expected, expected * 4.0 / 256.0) << region;
       sum += irradiance[region];
     }

@@ -13,6 +13,7 @@
 #include "relight/transport/view_geometry.h"
 #include "scene/lat_long.h"
 #include "tests/relight/probe_test_scenes.h"
+#include "tests/relight/solve_sky.h"
 
 namespace pleinair {
 
@@ -91,7 +92,7 @@ struct KnownSite {
       return at_pixels;
     };
     const std::vector<glm::vec3> of_sky =
-        response(gather.Rays().FromSky(*shape), transport.SolveSky(scene, *shape, kAllBounces));
+        response(gather.Rays().FromSky(*shape), SolveSky(transport, scene, *shape, kAllBounces));
     view.sun_bounce = RgbImage(view.Width(), view.Height());
     view.sun_bounce.pixels = response(
         {}, transport.SolveSun(scene, sun_direction_enu, kMeanSunAngularRadiusRad, kAllBounces));

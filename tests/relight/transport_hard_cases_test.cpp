@@ -10,6 +10,7 @@
 #include "relight/transport/transport.h"
 #include "scene/lighting.h"
 #include "tests/relight/probe_test_scenes.h"
+#include "tests/relight/solve_sky.h"
 
 namespace pleinair::transport_hard_cases_test {
 namespace {
@@ -81,7 +82,7 @@ TEST(TransportHardCases, SameBitsForAnyNumberOfThreads) {
   const auto solve = [&] {
     const PatchTransport transport(scene, {.rays_per_receiver = 64});
     std::vector<glm::vec3> radiosity =
-        transport.SolveSky(scene, *MakeUniformSkyShape(), kAllBounces).radiosity;
+        SolveSky(transport, scene, *MakeUniformSkyShape(), kAllBounces).radiosity;
     const FaceLight of_sun = transport.SolveSun(scene, sun, 0.005, kAllBounces);
     radiosity.insert(radiosity.end(), of_sun.radiosity.begin(), of_sun.radiosity.end());
     return radiosity;
@@ -99,12 +100,11 @@ TEST(TransportHardCases, OnePatchAndNoPatchSolve) {
   mesh.triangle_material.pop_back();
   const PatchScene one = SceneOf(std::move(mesh), glm::vec3(0.25f));
   const FaceLight light =
-      PatchTransport(one, {}).SolveSky(one, *MakeUniformSkyShape(), kAllBounces);
+      SolveSky(PatchTransport(one, {}), one, *MakeUniformSkyShape(), kAllBounces);
   EXPECT_NEAR(light.radiosity[0].x, 0.25f, 1e-6f);
   EXPECT_EQ(light.radiosity[1], glm::vec3(0.0f));
   const PatchScene none = SceneOf({});
-  EXPECT_TRUE(PatchTransport(none, {})
-                  .SolveSky(none, *MakeUniformSkyShape(), kAllBounces)
+  EXPECT_TRUE(SolveSky(PatchTransport(none, {}), none, *MakeUniformSkyShape(), kAllBounces)
                   .radiosity.empty());
 }
 
@@ -182,8 +182,8 @@ TEST(TransportHardCases, RefusesWhatMakesNoSense) {
   const auto sky = MakeUniformSkyShape();
   EXPECT_THROW(PatchTransport(scene, {.rays_per_receiver = 0}), std::invalid_argument);
   const PatchTransport transport(scene, {.rays_per_receiver = 4});
-  EXPECT_THROW(transport.SolveSky(other, *sky, 1), std::invalid_argument);
-  EXPECT_THROW(transport.SolveSky(scene, *sky, -2), std::invalid_argument);
+  EXPECT_THROW(SolveSky(transport, other, *sky, 1), std::invalid_argument);
+  EXPECT_THROW(SolveSky(transport, scene, *sky, -2), std::invalid_argument);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(transport.SolveSun(scene, {0.0, 0.0, nan}, 0.005, 1), std::invalid_argument);
   EXPECT_THROW(transport.SolveSun(scene, {0.0, 0.0, 0.0}, 0.005, 1), std::invalid_argument);

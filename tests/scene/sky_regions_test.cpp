@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/sky_shape.h"
+#include "tests/scene/region_light.h"
 
 namespace pleinair::sky_regions_test {
 namespace {
@@ -49,7 +50,7 @@ TEST(SkyRegions, SolidAnglesAndIrradiancesAddUpToTheHemispheres) {
     const SkyRegions regions(bands, sectors);
     double irradiance = 0.0;
     for (std::size_t region = 0; region < regions.Count(); ++region) {
-      irradiance += regions.HorizontalIrradiance(region);
+      irradiance += HorizontalIrradiance(regions, region);
     }
     EXPECT_NEAR(irradiance, std::numbers::pi, 1e-12);
     EXPECT_NEAR(regions.SolidAngleSr() * static_cast<double>(regions.Count()),
