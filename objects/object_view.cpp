@@ -62,6 +62,29 @@ ObjectPlace PlaceOf(const ObjectView::Sample& sample, const Mesh& mesh, const gl
   return {position_m, glm::dot(normal, eye_m - position_m) < 0.0f ? -normal : normal};
 }
 
+ObjectPlace SmoothPlaceOf(const ObjectView::Sample& sample,
+                          const Mesh& mesh,
+                          const glm::vec3& eye_m) {
+  ObjectPlace place = PlaceOf(sample, mesh, eye_m);
+  const glm::uvec3& corners = mesh.triangles[sample.triangle];
+  const float side =
+      glm::dot(TriangleNormal(mesh, sample.triangle), place.normal) < 0.0f ? -1.0f : 1.0f;
+  const glm::vec3 weights(1.0f - sample.barycentric.x - sample.barycentric.y,
+                          sample.barycentric.x,
+                          sample.barycentric.y);
+  glm::vec3 normal(0.0f);
+  glm::vec3 outwards_m(0.0f);
+  for (int corner = 0; corner < 3; ++corner) {
+    const glm::vec3 at_corner = side * mesh.normals[corners[corner]];
+    const float below_m = glm::dot(at_corner, mesh.positions_m[corners[corner]] - place.position_m);
+    outwards_m += weights[corner] * std::max(below_m, 0.0f) * at_corner;
+    normal += weights[corner] * at_corner;
+  }
+  const float length = glm::length(normal);
+  if (length > 0.0f) return {place.position_m + outwards_m, normal / length};
+  return place;
+}
+
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera) {
   constexpr int kSide = ObjectView::kSamplesPerSide;
   const CameraIntrinsics picture =

@@ -43,6 +43,14 @@ struct ObjectPlace {
 };
 ObjectPlace PlaceOf(const ObjectView::Sample& sample, const Mesh& mesh, const glm::vec3& eye_m);
 
+// The same on the curved surface that the shading normals mean, where that bulges out to the eye's
+// side; its normal is the shading one. Rays towards a light leave from there, so that a shadow's
+// edge on a smooth object does not follow the triangles. (Hanika 2021, "Hacking the shadow
+// terminator", Ray Tracing Gems II, chapter 4.)
+ObjectPlace SmoothPlaceOf(const ObjectView::Sample& sample,
+                          const Mesh& mesh,
+                          const glm::vec3& eye_m);
+
 // One ray a sample. `objects` in the world; only their mesh and caster are looked at.
 // Threads  The result does not depend on their number.
 ObjectView SeeObjects(const PatchScene& objects, const Camera& camera);

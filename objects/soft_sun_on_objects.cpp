@@ -24,7 +24,7 @@ struct Start {
   glm::vec3 origin_m{0.0f};
   glm::vec3 normal{0.0f};
 
-  // Past its own plane a point of the disc is not seen.
+  // Past its tangent plane a point of the disc is not seen.
   bool Faces(const glm::vec3& direction) const { return glm::dot(normal, direction) > 0.0f; }
 };
 
@@ -34,7 +34,7 @@ std::optional<Start> StartOf(const ObjectView::Sample& sample,
                              const glm::vec3& eye_m,
                              const DiscPoints& disc) {
   if (sample.triangle == ObjectView::kNothing) return std::nullopt;
-  const auto [position_m, normal] = PlaceOf(sample, mesh, eye_m);
+  const auto [position_m, normal] = SmoothPlaceOf(sample, mesh, eye_m);
   if (!(glm::dot(normal, disc.Centre()) > -disc.TangentRadius())) return std::nullopt;
   return Start{OffsetFromSurface(position_m, normal), normal};
 }

@@ -307,16 +307,21 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_EQUAL, 0, 0xff);
   glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
-  scene.ObjectsAsCaster().SidesThatMayBeSunlit(sun.to_sun, sunlit_sides_);
-  scene.ShadedObjects().UploadSunlitTriangles(sunlit_sides_);
+  // Shares know which samples the sun reaches: by the shading normals, on smooth surfaces. Else
+  // whole triangles are turned to it or away.
+  const bool by_shares = !light.seen_sun.Rect().Empty();
+  if (!by_shares) {
+    scene.ObjectsAsCaster().SidesThatMayBeSunlit(sun.to_sun, sunlit_sides_);
+    scene.ShadedObjects().UploadSunlitTriangles(sunlit_sides_);
+  }
   glDepthFunc(GL_EQUAL);
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE);
-  glEnable(GL_CULL_FACE);
+  if (!by_shares) glEnable(GL_CULL_FACE);
   ObjectMesh& objects = scene.ShadedObjects();
   for (const ObjectMesh::Batch& batch : objects.Batches()) {
-    if (batch.front_count + batch.back_count == 0) continue;
+    if (!by_shares && batch.front_count + batch.back_count == 0) continue;
     const ShaderProgram& program =
         batch.by_place
             ? MadeByPlace(sun_by_place_,
@@ -334,6 +339,10 @@ void ObjectLayerPass::DrawSun(const LayerView& view,
     SetLattice(program, lattice_);
     program.Set("u_shares_per_side", kShareSide);
     if (batch.by_place) SetMaterial(program, *batch.by_place, objects.Textures());
+    if (by_shares) {
+      objects.Draw(batch.first, batch.count);
+      continue;
+    }
     glCullFace(GL_BACK);
     objects.DrawSunlit(batch.first_front, batch.front_count);
     glCullFace(GL_FRONT);

@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "tests/objects/object_test_scenes.h"
+#include "tests/objects/placement_stage.h"
 
 namespace pleinair::soft_sun_test {
 namespace {
@@ -163,6 +164,37 @@ TEST(SoftSun, AnObjectShadowsItself) {
   }
   EXPECT_GT(dark, 200);
   EXPECT_GT(lit, 5000);
+}
+
+// Of 24 sectors: a triangle's normal is up to 8 degrees, 0.13, off the sphere's, and tangent planes
+// meet as far outside it. No triangle shadows another until 3 degrees from where the sphere turns
+// away from the sun. A sample's part of a pixel spans up to 3.7 degrees of it, away from its rim.
+TEST(SoftSun, OnASmoothObjectTheShadowsEdgeIsThatOfTheCurvedSurface) {
+  const Mesh ball = placement_stage::SphereMesh(0.8f, 12, 24);
+  const PatchScene objects = PatchesOf(ball);
+  const RayCaster nothing{Mesh{}};
+  const ObjectView view = SeeObjects(objects, FromAbove());
+  const DirectionalLight sun{glm::normalize(glm::dvec3(0.7, 0.4, 0.6)), {}, 0.0};
+  const ObjectSunShare share = SoftSun(nothing, objects).OnObjects(view, sun);
+  int turned_away = 0;  // Triangles whose vertices' normals are not.
+  for (std::size_t i = 0; i < share.seen.pixels.size(); ++i) {
+    const ObjectView::Sample& sample = view.samples.pixels[i];
+    if (sample.triangle == ObjectView::kNothing) continue;
+    const auto [position_m, normal] = SmoothPlaceOf(sample, ball, view.eye_m);
+    EXPECT_GT(glm::length(position_m), 0.7999f);
+    EXPECT_LT(glm::length(position_m), 0.814f);
+    if (normal.z < 0.3f) continue;
+    const double cosine = glm::dot(glm::dvec3(normal), sun.direction_enu);
+    if (cosine < -0.07) {
+      EXPECT_EQ(share.seen.pixels[i], 0.0f) << cosine;
+    } else if (cosine > 0.05) {
+      EXPECT_EQ(share.seen.pixels[i], 1.0f) << cosine;
+      turned_away +=
+          glm::dot(glm::dvec3(TriangleNormal(ball, sample.triangle)), sun.direction_enu) <= 0.0 ? 1
+                                                                                                : 0;
+    }
+  }
+  EXPECT_GT(turned_away, 20);
 }
 
 TEST(SoftSun, DoesNotDependOnThreads) {
