@@ -66,6 +66,27 @@ std::string LineAndColumn(std::string_view text, std::size_t byte) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
+// What stands where the parser stopped, in printable characters. NaN and infinities, which other
+// programs write, are no JSON.
+std::string WordAt(std::string_view text, std::size_t byte) {
+  constexpr std::string_view kBetween = " \t\r\n,:[]{}\"";
+  constexpr std::size_t kMostShown = 20;
+  // The parser stops within a word, or just past it.
+  std::size_t begin = std::min(byte == 0 ? 0 : byte - 1, text.size());
+  const auto is_word = [&](std::size_t at) {
+    return kBetween.find(text[at]) == std::string_view::npos;
+  };
+  while (begin > 0 && begin < text.size() && is_word(begin) && is_word(begin - 1)) --begin;
+  if (begin == text.size()) return "its end";
+  std::size_t end = begin + 1;
+  while (is_word(begin) && end < text.size() && end - begin < kMostShown && is_word(end)) ++end;
+  std::string word(text.substr(begin, end - begin));
+  for (char& letter : word) {
+    if (letter < 0x20 || letter > 0x7e) letter = '?';
+  }
+  return Quoted(word);
+}
+
 // Refuses what the parser would let pass: keys given twice and deep nesting. It is a separate pass
 // over the text. The parser's callback could do the same, but makes the parser walk each list at
 // the end of each of its objects, in quadratic time.
@@ -142,7 +163,7 @@ nlohmann::json ParseJson(std::string_view text, const std::string& label) {
     return nlohmann::json::parse(text.begin(), text.end());
   } catch (const nlohmann::json::parse_error& error) {
     throw JsonError(label + ": " + LineAndColumn(text, error.byte) +
-                    ": expected valid JSON in UTF-8");
+                    ": expected valid JSON in UTF-8, found " + WordAt(text, error.byte));
   } catch (const nlohmann::json::exception&) {
     throw JsonError(label + ": expected valid JSON, found a number too large to hold");
   }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
@@ -30,6 +31,14 @@ glm::dmat3 RotationOf(const glm::dvec3& rotation_vector) {
   const double angle = glm::length(rotation_vector);
   if (!(angle > 0.0)) return glm::dmat3(1.0);
   return glm::mat3_cast(glm::angleAxis(angle, rotation_vector / angle));
+}
+
+// Whether it is their angles alone that make axes no rotation.
+bool AreUnit(const glm::dmat3& axes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(glm::dot(axes[axis], axes[axis]) - 1.0) > kRigidTolerance) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -82,10 +91,21 @@ std::string FaultOfPose(const glm::dmat4& camera_from_world) {
                             camera_from_world[1][3],
                             camera_from_world[2][3],
                             camera_from_world[3][3]);
-  if (!is_finite || deviation > kRigidTolerance || last_row != glm::dvec4(0.0, 0.0, 0.0, 1.0)) {
-    return "a rigid transform (rotation and translation)";
+  const std::string rigid = "a rigid transform (rotation and translation)";
+  if (!is_finite) return rigid + " of finite numbers";
+  if (last_row != glm::dvec4(0.0, 0.0, 0.0, 1.0)) {
+    return rigid + " whose last row is 0, 0, 0, 1 and whose translation is the last column";
   }
-  if (!(glm::determinant(rotation) > 0.0)) return "a rotation, not a mirror image";
+  if (deviation > kRigidTolerance) {
+    return fmt::format("{}, not one with axes of lengths {:.6g}, {:.6g} and {:.6g}{}",
+                       rigid,
+                       glm::length(rotation[0]),
+                       glm::length(rotation[1]),
+                       glm::length(rotation[2]),
+                       AreUnit(rotation) ? " that are not at right angles" : "");
+  }
+  if (!(glm::determinant(rotation) > 0.0))
+    return "a rotation, not a mirror image (an axis reversed, or two swapped)";
   return {};
 }
 

@@ -313,7 +313,9 @@ void MeshCollector::SettleByMaterial(std::vector<LooseTriangle>& triangles) {
 
 LoadedParts MeshCollector::Finish() {
   if (lines_and_points_ > 0) {
-    report_.notes.push_back(std::to_string(lines_and_points_) + " points or lines left out");
+    report_.notes.push_back(
+        std::to_string(lines_and_points_) +
+        " points or lines left out (fewer than three corners, as where a file is cut off)");
   }
   if (skins_and_morphs_ > 0) {
     report_.notes.emplace_back("skins and morph targets left out");

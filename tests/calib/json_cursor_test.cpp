@@ -2,6 +2,7 @@
 
 #include <ctime>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace pleinair::json_cursor_test {
@@ -22,8 +23,11 @@ std::string ParseRefusal(std::string_view text) {
 
 TEST(Json, SaysWhereItStopsBeingJson) {
   EXPECT_EQ(ParseRefusal("{\n \"a\": 1,\n \"b\": }"),
-            "x.json: line 3, column 7: expected valid JSON in UTF-8");
-  EXPECT_EQ(ParseRefusal(""), "x.json: line 1, column 1: expected valid JSON in UTF-8");
+            "x.json: line 3, column 7: expected valid JSON in UTF-8, found \"}\"");
+  EXPECT_EQ(ParseRefusal(""),
+            "x.json: line 1, column 1: expected valid JSON in UTF-8, found its end");
+  EXPECT_THAT(ParseRefusal("{\"a\": [1, NaN]}"), testing::HasSubstr("found \"NaN\""));
+  EXPECT_THAT(ParseRefusal("{\"a\": -Infinity}"), testing::HasSubstr("found \"-Infinity\""));
   EXPECT_EQ(ParseRefusal("{\"a\": 1} trailing").find("x.json: line 1, column 1"), 0u);
 }
 

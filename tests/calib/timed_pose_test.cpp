@@ -99,14 +99,18 @@ TEST(FaultOfPose, RefusesWhatIsNoPose) {
   glm::dmat4 scaled = pose;
   scaled[1] *= 1.001;
   EXPECT_THAT(FaultOfPose(scaled), HasSubstr("rigid"));
-  EXPECT_THAT(FaultOfPose(glm::transpose(pose)), HasSubstr("rigid"));
+  EXPECT_THAT(FaultOfPose(scaled), HasSubstr("axes of lengths 1, 1.001 and 1"));
+  glm::dmat4 skewed = pose;
+  skewed[1] = glm::normalize(pose[1] + 0.01 * pose[0]);
+  EXPECT_THAT(FaultOfPose(skewed), HasSubstr("not at right angles"));
+  EXPECT_THAT(FaultOfPose(glm::transpose(pose)), HasSubstr("translation is the last column"));
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     glm::dmat4 not_finite = pose;
     not_finite[3][1] = bad;
-    EXPECT_THAT(FaultOfPose(not_finite), HasSubstr("rigid"));
+    EXPECT_THAT(FaultOfPose(not_finite), HasSubstr("of finite numbers"));
     not_finite = pose;
     not_finite[0][1] = bad;
-    EXPECT_THAT(FaultOfPose(not_finite), HasSubstr("rigid"));
+    EXPECT_THAT(FaultOfPose(not_finite), HasSubstr("of finite numbers"));
   }
   EXPECT_THAT(FaultOfPose(glm::dmat4(0.0)), HasSubstr("rigid"));
 }
