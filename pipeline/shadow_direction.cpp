@@ -53,8 +53,14 @@ constexpr double kLeastAgreement = 0.8;
 // What shade has of its light comes from the sky. Under clouds corners are dark, too, and may fit
 // some sun's shadows, but no bluer. A logarithm.
 constexpr double kLeastBlueness = 0.04;
-// The search's own deviation is 3 deg: of the elevation, which nothing later refines.
-constexpr double kSurelyOffRad = RadFromDeg(12.0);
+// Of the search itself: of the elevation, which nothing later refines.
+constexpr double kSearchStddevRad = RadFromDeg(3.0);
+constexpr double kSurelyOffRad = kSurelyOffSigmas * kSearchStddevRad;
+
+// The angle at the sun that a turn about the vertical makes.
+double AtSun(const glm::dvec3& sun_enu, double azimuth_rad) {
+  return azimuth_rad * std::hypot(sun_enu.x, sun_enu.y);
+}
 
 double AzimuthBetween(const glm::dvec3& a, const glm::dvec3& b) {
   return std::abs(std::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y));
@@ -304,7 +310,7 @@ std::optional<ShownSun> ShadowDirectionFinder::ShownBy(const Frame& frame,
   if (near.determined &&
       search.explained_near_stated >= kLeastShareOfExplained * search.explained) {
     shown.direction_enu = TurnedClockwise(stated_sun_enu, near.azimuth_offset_rad);
-    shown.stddev_rad = near.stddev_rad;
+    shown.stddev_rad = AtSun(stated_sun_enu, near.stddev_rad);
     shown.contradicts = std::abs(near.azimuth_offset_rad) >=
                         std::max(kWorthAWarningRad, kSurelyOffSigmas * near.stddev_rad);
     return shown;
@@ -325,7 +331,9 @@ std::optional<ShownSun> ShadowDirectionFinder::ShownBy(const Frame& frame,
     const std::size_t candidate = impl.grid.Nearest(there.azimuth_offset_rad);
     if (!(BluenessOfShade(picture.pixels, candidate) >= kLeastBlueness)) continue;
     shown.direction_enu = TurnedClockwise(middle, there.azimuth_offset_rad);
-    shown.stddev_rad = there.stddev_rad;
+    const bool is_searched = middle == search.direction_enu;
+    shown.stddev_rad =
+        std::hypot(AtSun(middle, there.stddev_rad), is_searched ? kSearchStddevRad : 0.0);
     shown.contradicts = AzimuthBetween(shown.direction_enu, stated_sun_enu) >=
                             std::max(kWorthAWarningRad, kSurelyOffSigmas * there.stddev_rad) ||
                         AngleBetweenRad(shown.direction_enu, stated_sun_enu) >= kSurelyOffRad;

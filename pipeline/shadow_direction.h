@@ -69,8 +69,8 @@ struct ShownSun {
   // It is significantly 3 deg or more from the stated one: in azimuth, or in any direction.
   bool contradicts = false;
   glm::dvec3 direction_enu{0.0, 0.0, 1.0};  // The stated one where nothing better was found.
-  double stddev_rad = 0.0;                  // 0 where nothing was found.
-  ShadowDirection near_stated;              // By small turns about the vertical only.
+  double stddev_rad = 0.0;  // Of the angle to the sun's true direction; 0 where nothing was found.
+  ShadowDirection near_stated;  // By small turns about the vertical only.
 };
 
 // Collects frames, and finds the one turn of the sun about the vertical under which the shadows

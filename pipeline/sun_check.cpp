@@ -70,7 +70,7 @@ std::optional<SunLook> SunCheck::Look(const Frame& frame,
     shown.contradicts =
         std::abs(mean_rad) >= std::max(kLeastTurnRad, kSurelyTurnedSigmas * stddev_rad);
     shown.direction_enu = TurnedClockwise(stated, mean_rad);
-    shown.stddev_rad = stddev_rad;
+    shown.stddev_rad = stddev_rad * std::hypot(stated.x, stated.y);
   }
   if (!shown.contradicts) return SunLook{};
   const double angle_rad = AngleBetweenRad(shown.direction_enu, stated);

@@ -22,7 +22,7 @@ struct SunContradiction {
   glm::dvec3 stated_enu{0.0, 0.0, 1.0};
   glm::dvec3 shown_enu{0.0, 0.0, 1.0};
   double angle_rad = 0.0;
-  double stddev_rad = 0.0;
+  double stddev_rad = 0.0;  // Of that angle.
 };
 
 // What a look that was not stopped has found.
