@@ -56,7 +56,8 @@ auto Linear(const glm::vec2& at, const Texel& texel) {
                      weight.x * texel(first + glm::ivec2(1, 1)));
 }
 
-// The same by cubics.
+// The same by cubics, within the range of the four pixels around the place: beside the sun's glint
+// the cubics' negative weights would leave nothing.
 template <typename Texel>
 auto Cubic(const glm::vec2& at, const Texel& texel) {
   const glm::vec2 lower = glm::floor(at);
@@ -66,15 +67,22 @@ auto Cubic(const glm::vec2& at, const Texel& texel) {
   if (weight == glm::vec2(0.0f)) return texel(first);
   const std::array<float, 4> across = CubicWeights(weight.x);
   const std::array<float, 4> down = CubicWeights(weight.y);
-  auto sum = 0.0f * texel(first);
+  auto least = texel(first);
+  auto most = least;
+  auto sum = 0.0f * least;
   for (int y = 0; y < 4; ++y) {
     if (down[static_cast<std::size_t>(y)] == 0.0f) continue;
     for (int x = 0; x < 4; ++x) {
       const float both = down[static_cast<std::size_t>(y)] * across[static_cast<std::size_t>(x)];
-      if (both != 0.0f) sum += both * texel(first + glm::ivec2(x - 1, y - 1));
+      if (both == 0.0f) continue;
+      const auto value = texel(first + glm::ivec2(x - 1, y - 1));
+      sum += both * value;
+      if (x % 3 == 0 || y % 3 == 0) continue;  // Not around the place.
+      least = glm::min(least, value);
+      most = glm::max(most, value);
     }
   }
-  return sum;
+  return glm::clamp(sum, least, most);
 }
 
 // The middle of a ray's way through a box, or where it passes closest by.
@@ -449,8 +457,6 @@ glm::vec4 MotionBlur::OverExposure(const glm::ivec2& layer_pixel) const {
     sum += tap.value;
     unknown += tap.unknown != 0 ? 1 : 0;
   }
-  // Cubics swing over edges.
-  sum = glm::max(sum, glm::vec4(0.0f));
   if (unknown > 0 && sum.a > 0.0f) {
     const float most = static_cast<float>(steps) / sum.a;
     sum *= std::min(1.0f + static_cast<float>(unknown) / sum.a, most);
@@ -606,7 +612,6 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
 RealSunShare MotionBlur::Moved(const RealSunShare& share) const {
   RealSunShare moved = share;
   MoveOnSurfaces(moved.x_px, moved.y_px, moved.hidden, Follows::kSunShadow);
-  for (float& hidden : moved.hidden.pixels) hidden = std::clamp(hidden, 0.0f, 1.0f);
   return moved;
 }
 

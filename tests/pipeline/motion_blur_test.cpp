@@ -118,7 +118,7 @@ class MotionBlur : public testing::Test {
                         double readout_s = 0.0,
                         const FramePipelineOptions& options = Options()) {
     Camera camera(objects, options);
-    constexpr int kInExposure = 32;
+    constexpr int kInExposure = 24;
     constexpr double kStepS = kExposureS / kInExposure;
     const int around = static_cast<int>(std::ceil(0.5 * readout_s / kStepS));
     const Frame frame = FrameAt(moves, 0.0);
@@ -312,6 +312,29 @@ TEST_F(MotionBlurHardCases, WhatStandsStillIsAsWithoutTheEffect) {
   ExpectSharp({{0.0, At(0.1)}, {0.04, At(0.1)}}, "nothing moves");
   const Shot planned = LastOf({Pillar()}, {{0.0, At(0.1)}, {0.04, At(0.1)}}, EffectSwitch::kPlan);
   EXPECT_FALSE(planned.has_run);
+}
+
+// The sun's image is thousands of times as bright as what is beside it.
+TEST_F(MotionBlurHardCases, BesideAGlintNothingIsBlack) {
+  VirtualObject ball = Ball();
+  for (Material& material : ball.mesh.materials) {
+    material.specular_reflectance = glm::vec3(0.8f);
+    material.roughness = 0.1f;
+  }
+  const Shot shot = Blurred({ball}, {{}, {Going({8.0, 6.0, 2.0})}});
+  EXPECT_TRUE(shot.has_run);
+  float brightest = 0.0f;
+  int covered = 0;
+  for (std::size_t i = 0; i < shot.composite.change.pixels.size(); ++i) {
+    if (shot.composite.change.pixels[i] != static_cast<std::uint8_t>(PixelChange::kCovered))
+      continue;
+    const glm::vec3& rgb = shot.composite.radiance.pixels[i];
+    EXPECT_GT(std::min({rgb.r, rgb.g, rgb.b}), 0.5f) << i;
+    brightest = std::max(brightest, rgb.g);
+    ++covered;
+  }
+  EXPECT_GT(covered, 500);
+  EXPECT_GT(brightest, 2e3f);
 }
 
 TEST_F(MotionBlurHardCases, NeedsAPoseShortlyBefore) {
