@@ -43,6 +43,10 @@ constexpr double kMeshSigmasM[] = {0.01, 0.03, 0.09};
 // quantile of chi-squared with six degrees of freedom.
 constexpr double kMostSquaredSigmas = 27.9;
 
+// Less than kLeastShareOverChance: the odds say, too, whether the edges are the mesh's. Of a mesh
+// that is 6 cm off many edges are not found near where a good pose puts them.
+constexpr double kLeastFoundOverChance = 0.15;
+
 // A step of the search.
 struct SearchStep {
   double mesh_sigma_m;
@@ -400,7 +404,7 @@ PoseCorrection CorrectPoseByEdges(const Lens& lens,
         SigmaPx(intrinsics, pose, covariance, PointsOnEdges(view, fine.front(), pose));
   };
   store(stated, adjusted.covariance + off * off.transpose());
-  if (!(result.found_share >= result.chance_share + kLeastShareOverChance)) {
+  if (!(result.found_share >= result.chance_share + kLeastFoundOverChance)) {
     result.reason = NumberText("%.0f %%", 100.0 * result.found_share) +
                     " of the mesh's edges are found in the pictures, where chance finds " +
                     NumberText("%.0f %%", 100.0 * result.chance_share);
