@@ -121,15 +121,12 @@ void ObjectGather::CastPart(const PatchScene& objects, const PatchScene& real, s
 }
 
 void ObjectGather::FindBuried(const Mesh& objects) {
-  const auto is_buried = [&](std::size_t vertex) {
-    return parts_[vertex / kVerticesPerPart].is_buried[vertex % kVerticesPerPart];
-  };
   std::vector<std::vector<std::uint32_t>> neighbours(VertexCount());
   for (const glm::uvec3& triangle : objects.triangles) {
     for (int corner = 0; corner < 3; ++corner) {
       for (int step = 1; step < 3; ++step) {
         const std::uint32_t other = triangle[(corner + step) % 3];
-        if (is_buried(triangle[corner]) && !is_buried(other)) {
+        if (IsBuried(triangle[corner]) && !IsBuried(other)) {
           neighbours[triangle[corner]].push_back(other);
         }
       }

@@ -103,6 +103,10 @@ class ObjectGather {
     std::uint32_t vertex = 0;
     std::vector<std::uint32_t> neighbours;  // Those that are not buried.
   };
+  // Whether a vertex lies within a part of an object. Known once its part has been cast.
+  bool IsBuried(std::size_t vertex) const {
+    return parts_[vertex / kVerticesPerPart].is_buried[vertex % kVerticesPerPart];
+  }
   // Known once all rays have been cast; they depend on the objects alone.
   const std::vector<Buried>& BuriedVertices() const { return buried_; }
   static void Fill(std::span<const Buried> buried, std::span<glm::vec3> at_vertices);

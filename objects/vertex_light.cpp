@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -227,6 +228,7 @@ void VertexLight::Update(Mode mode,
     GatherOptions gather = options_.gather;
     if (is_coarse_) gather.rays_per_receiver = options_.in_motion.rays_at_first;
     gather_ = ObjectGather(objects, scene_.patches, gather);
+    SmoothThisShape();
     if (!is_coarse_) set_up_cost_.Learn(watch.LapMs());
   }
   if (LooksForSun(mode, stale)) {
@@ -289,6 +291,20 @@ void VertexLight::UpdateVolume(const FrameBasis& basis, std::span<const std::siz
   for (const std::size_t light : wanted) folded_done_.Done(basis, light);
 }
 
+void VertexLight::SmoothThisShape() {
+  const Mesh& mesh = interreflection_.Objects().mesh;
+  std::vector<float> hidden_share(mesh.positions_m.size(), 0.0f);
+  tbb::parallel_for(std::size_t{0}, hidden_share.size(), [&](std::size_t v) {
+    float& share = hidden_share[v];
+    gather_.ForSources(
+        v,
+        [&](const glm::vec3&, std::size_t, float of_object) { share += of_object; },
+        [](const glm::vec3&, float) {});
+    if (gather_.IsBuried(v)) share = 1.0f;
+  });
+  smoothing_ = VertexSmoothing(mesh, hidden_share);
+}
+
 void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
   const PatchScene& objects = interreflection_.Objects();
   const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
@@ -300,7 +316,7 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
         [this](std::span<const glm::vec3> at_points) { return gather_.AtVertices(at_points); },
         irradiance);
   }
-  Of(mode_).of_light[light] = WithReflection(light, std::move(irradiance));
+  Of(mode_).of_light[light] = smoothing_.Smoothed(WithReflection(light, std::move(irradiance)));
 }
 
 template <class AtVertices>

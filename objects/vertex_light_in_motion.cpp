@@ -130,6 +130,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
       for (const auto& near : near_of_part_) near_sunlight_->Append(*near);
     }
     near_of_part_.clear();
+    SmoothThisShape();
     left_.reset();
     follows_ = false;
     return false;
@@ -152,6 +153,10 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
                  GatherParts(parts, basis, lights),
                  {basis, lights},
                  responses_[0].of_light);
+  for (const std::size_t light : lights) {
+    std::vector<glm::vec3>& response = responses_[0].of_light[light];
+    response = smoothing_.Smoothed(std::move(response));
+  }
   return true;
 }
 
