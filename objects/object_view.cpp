@@ -80,6 +80,15 @@ ObjectPlace SmoothPlaceOf(const ObjectView::Sample& sample,
     outwards_m += weights[corner] * std::max(below_m, 0.0f) * at_corner;
     normal += weights[corner] * at_corner;
   }
+  // A box with shared normals is no ball: its faces stay where they are, nearly.
+  constexpr float kMostOfEdge = 0.1f;
+  float longest_m = 0.0f;
+  for (int corner = 0; corner < 3; ++corner) {
+    const glm::vec3& next_m = mesh.positions_m[corners[(corner + 1) % 3]];
+    longest_m = std::max(longest_m, glm::distance(mesh.positions_m[corners[corner]], next_m));
+  }
+  const float out_m = glm::length(outwards_m);
+  if (out_m > kMostOfEdge * longest_m) outwards_m *= kMostOfEdge * longest_m / out_m;
   const float length = glm::length(normal);
   if (length > 0.0f) return {place.position_m + outwards_m, normal / length};
   return place;

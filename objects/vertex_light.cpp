@@ -300,9 +300,10 @@ void VertexLight::SmoothThisShape() {
         v,
         [&](const glm::vec3&, std::size_t, float of_object) { share += of_object; },
         [](const glm::vec3&, float) {});
-    if (gather_.IsBuried(v)) share = 1.0f;
+    constexpr float kMostOutside = 0.999f;  // 1 means within an object.
+    share = gather_.IsBuried(v) ? 1.0f : std::min(share, kMostOutside);
   });
-  smoothing_ = VertexSmoothing(mesh, hidden_share);
+  smoothing_ = VertexSmoothing(mesh, hidden_share, gather_.RaysPerVertex());
 }
 
 void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {

@@ -163,7 +163,7 @@ class VertexLight {
   void UpdateGathered(const FrameBasis& basis, std::size_t light);
   // Whether the first light at vertices is one of few rays.
   bool MayStartCoarse() const;
-  // Sets smoothing_ up, where it is of another shape; gather_ is complete.
+  // Sets smoothing_ up by gather_, which is complete.
   void SmoothThisShape();
   // Keeps the light of a coarse start until finer light at the same place replaces it.
   void LeaveCoarse();
@@ -211,7 +211,7 @@ class VertexLight {
   // By rays.
   ObjectGather gather_;  // Set up with the first frame of a pose that asks for it.
   std::optional<NearSunlight> near_sunlight_;  // With the first one in the sun.
-  VertexSmoothing smoothing_;  // Of the objects' shape, of which light was gathered last.
+  VertexSmoothing smoothing_;                  // By the last complete gather.
   // Where the objects were before a motion, until motion_ has started from it.
   struct Left {
     std::optional<ObjectInterreflection> interreflection;  // None: they are where they were.

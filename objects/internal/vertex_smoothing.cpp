@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <span>
 #include <unordered_map>
 
@@ -20,28 +20,25 @@ namespace {
 
 // Normals farther apart than this are of another face; nearer ones count more.
 constexpr float kLeastCosine = 0.97f;
-// Shares of the hemisphere that objects hide, farther apart than this: a crevice is darker than
-// what is beside it. Rays find the share to some 0.03.
-constexpr float kShareSigma = 0.05f;
+// Shares of the hemisphere that objects hide count as alike within this, by the root of the rays
+// that found them: a crevice is darker than what is beside it. It is 0.05 for 256 rays, which find
+// a share to some 0.03.
+constexpr float kShareSigmaOfOneRay = 0.8f;
 // Slopes count as though so much more of the neighbours' weight had shown none.
 constexpr float kNoSlopeShare = 0.05f;
 
 // Vertices are doubled where faces of other colours or textures meet.
 std::vector<std::uint32_t> PlaceOfVertex(const Mesh& mesh) {
-  struct Hash {
-    std::size_t operator()(const glm::vec3& place) const {
-      std::array<std::uint32_t, 3> bits{};
-      std::memcpy(bits.data(), &place, sizeof(place));
-      return HashBits((std::uint64_t{bits[0]} << 32 | bits[1]) ^ HashBits(bits[2]));
-    }
-  };
-  std::unordered_map<glm::vec3, std::uint32_t, Hash> number_of;
+  std::unordered_map<std::array<std::uint32_t, 3>, std::uint32_t, HashOfWords> number_of;
   std::vector<std::uint32_t> place_of_vertex;
   place_of_vertex.reserve(mesh.positions_m.size());
   for (const glm::vec3& position_m : mesh.positions_m) {
-    // 0 and -0 are one place.
+    std::array<std::uint32_t, 3> bits{};  // Of 0, where it is -0.
+    for (int axis = 0; axis < 3; ++axis) {
+      bits[static_cast<std::size_t>(axis)] = std::bit_cast<std::uint32_t>(position_m[axis] + 0.0f);
+    }
     const auto number = static_cast<std::uint32_t>(number_of.size());
-    place_of_vertex.push_back(number_of.try_emplace(position_m + 0.0f, number).first->second);
+    place_of_vertex.push_back(number_of.try_emplace(bits, number).first->second);
   }
   return place_of_vertex;
 }
@@ -84,6 +81,7 @@ class Neighbourhoods {
   // At its own place, and those that one or two edges lead to.
   std::vector<std::uint32_t> Within2Edges(std::size_t vertex) const {
     constexpr std::size_t kMostBeside = 32;  // A fan's middle joins all of its rim.
+    constexpr std::size_t kMostVertices = 256;
     const std::uint32_t own = place_of_vertex_[vertex];
     std::vector<std::uint32_t> places{own};
     for (const std::uint32_t place : beside_[own]) {
@@ -95,6 +93,7 @@ class Neighbourhoods {
     std::vector<std::uint32_t> vertices;
     for (const std::uint32_t place : places) {
       vertices.insert(vertices.end(), vertices_at_[place].begin(), vertices_at_[place].end());
+      if (vertices.size() > kMostVertices) break;
     }
     return vertices;
   }
@@ -107,7 +106,8 @@ class Neighbourhoods {
 
 }  // namespace
 
-VertexSmoothing::VertexSmoothing(const Mesh& mesh, std::span<const float> hidden_share) {
+VertexSmoothing::VertexSmoothing(const Mesh& mesh, std::span<const float> hidden_share, int rays) {
+  const float share_sigma = kShareSigmaOfOneRay / std::sqrt(static_cast<float>(rays));
   const Neighbourhoods around(mesh, hidden_share);
   std::vector<std::vector<Neighbour>> rows(mesh.positions_m.size());
   const auto fit = [&](std::size_t v) -> std::vector<Neighbour> {
@@ -133,7 +133,7 @@ VertexSmoothing::VertexSmoothing(const Mesh& mesh, std::span<const float> hidden
       const float cosine = glm::dot(normal, mesh.normals[other]);
       if (!(cosine > kLeastCosine)) continue;
       const glm::vec3 way = (mesh.positions_m[other] - middle_m) / width_m;
-      const float off = (hidden_share[other] - hidden_share[v]) / kShareSigma;
+      const float off = (hidden_share[other] - hidden_share[v]) / share_sigma;
       const float weight = (cosine - kLeastCosine) / (1.0f - kLeastCosine) *
                            std::exp(-0.5f * (glm::dot(way, way) + off * off));
       terms.emplace_back(1.0f, glm::dot(way, across), glm::dot(way, along));

@@ -18,16 +18,16 @@ namespace pleinair {
 // objects hide as much. Light that changes evenly over a face stays what it is.
 //
 // Source  Cleveland, "Robust locally weighted regression and smoothing scatterplots", 1979; weights
-//         that do not depend on the data in place of his robust ones, and slopes drawn to none
-//         where few vertices tell.
-// Holds   under motions that keep angles.
+//         that do not depend on the data in place of his robust ones, and slopes damped
+//         where few vertices determine them.
+// Holds   under motions of all objects together that keep angles.
 // Cost    set-up some 10 ms for 4000 vertices on two cores, then 0.2 ms.
 class VertexSmoothing {
  public:
   VertexSmoothing() = default;
-  // `hidden_share`, one a vertex: of its hemisphere, by objects. Those that lie within an object
-  // have 1, keep their light, and do not count.
-  VertexSmoothing(const Mesh& objects, std::span<const float> hidden_share);
+  // `hidden_share`, one a vertex: of its hemisphere, by objects, as `rays` found it. Those that lie
+  // within an object have 1, keep their light, and do not count.
+  VertexSmoothing(const Mesh& objects, std::span<const float> hidden_share, int rays);
 
   std::size_t VertexCount() const { return first_.empty() ? 0 : first_.size() - 1; }
 

@@ -235,7 +235,9 @@ TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
       std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
   const Composite moving =
       std::move(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite);
-  EXPECT_GT(Psnr(moving, reference), Psnr(still, reference) - 1.0);
+  // Beyond that, a quarter of a code value, no difference is visible.
+  constexpr double kVisibleDb = 60.0;
+  EXPECT_GT(Psnr(moving, reference), std::min(Psnr(still, reference) - 1.0, kVisibleDb));
 }
 
 // All of it is gathered in each frame, with room for more.
