@@ -71,15 +71,21 @@ std::string LineAndColumn(std::string_view text, std::size_t byte) {
 std::string WordAt(std::string_view text, std::size_t byte) {
   constexpr std::string_view kBetween = " \t\r\n,:[]{}\"";
   constexpr std::size_t kMostShown = 20;
-  // The parser stops within a word, or just past it.
-  std::size_t begin = std::min(byte == 0 ? 0 : byte - 1, text.size());
   const auto is_word = [&](std::size_t at) {
     return kBetween.find(text[at]) == std::string_view::npos;
   };
-  while (begin > 0 && begin < text.size() && is_word(begin) && is_word(begin - 1)) --begin;
-  if (begin == text.size()) return "its end";
-  std::size_t end = begin + 1;
-  while (is_word(begin) && end < text.size() && end - begin < kMostShown && is_word(end)) ++end;
+  const std::size_t stop = std::min(byte == 0 ? 0 : byte - 1, text.size());
+  if (stop == text.size()) return "the end of the text";
+  std::size_t begin = stop;
+  std::size_t end = stop + 1;
+  const std::size_t open = stop == 0 ? std::string_view::npos : text.rfind('"', stop - 1);
+  if (text[stop] == '"' && open != std::string_view::npos && stop - open < kMostShown) {
+    begin = open + 1;  // The parser stops at the end of a text, which stands for itself.
+    end = stop;
+  } else if (is_word(stop)) {
+    while (begin > 0 && is_word(begin - 1) && stop - begin < kMostShown / 2) --begin;
+    while (end < text.size() && is_word(end) && end - begin < kMostShown) ++end;
+  }
   std::string word(text.substr(begin, end - begin));
   for (char& letter : word) {
     if (letter < 0x20 || letter > 0x7e) letter = '?';

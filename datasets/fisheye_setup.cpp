@@ -65,10 +65,10 @@ glm::dmat3 OrientationOf(const FisheyeEntry& entry, const std::optional<glm::dma
   if (calibrated) return *calibrated;
   const auto orientation = FisheyeOrientationFromAxes(stated[2], -stated[1], stated[0]);
   if (orientation) return *orientation;
-  throw std::runtime_error(std::string("image_up and image_right: expected axes perpendicular to "
-                                       "`up` and to each other, found \"") +
-                           entry.up + "\", \"" + entry.image_up + "\", \"" + entry.image_right +
-                           "\"");
+  throw std::runtime_error(
+      "up, image_up and image_right: expected axes perpendicular to each other, of a picture that "
+      "is not mirrored (of the sky, with north at the top, east is left), found \"" +
+      entry.up + "\", \"" + entry.image_up + "\", \"" + entry.image_right + "\"");
 }
 
 // All but the orientation, which is that of the calibration where it has one.

@@ -263,7 +263,10 @@ ImportedScene Import(const std::filesystem::path& file, MeshFormat format) {
       new FolderIoSystem(file.parent_path(), format == MeshFormat::kObj ? file : ""));
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    throw std::runtime_error(importer.GetErrorString());
+    const std::string reason = importer.GetErrorString();
+    // Of a file of a known kind whose content it does not recognise, as where it is cut off.
+    const bool is_unknown = reason.find("No suitable reader") != std::string::npos;
+    throw std::runtime_error(is_unknown ? "damaged, or it ends early" : reason);
   }
   return SceneOf(*scene);
 }

@@ -25,8 +25,9 @@ TEST(Json, SaysWhereItStopsBeingJson) {
   EXPECT_EQ(ParseRefusal("{\n \"a\": 1,\n \"b\": }"),
             "x.json: line 3, column 7: expected valid JSON in UTF-8, found \"}\"");
   EXPECT_EQ(ParseRefusal(""),
-            "x.json: line 1, column 1: expected valid JSON in UTF-8, found its end");
+            "x.json: line 1, column 1: expected valid JSON in UTF-8, found the end of the text");
   EXPECT_THAT(ParseRefusal("{\"a\": [1, NaN]}"), testing::HasSubstr("found \"NaN\""));
+  EXPECT_THAT(ParseRefusal("{\"a\": 1 \"b\": 2}"), testing::HasSubstr("found \"b\""));
   EXPECT_THAT(ParseRefusal("{\"a\": -Infinity}"), testing::HasSubstr("found \"-Infinity\""));
   EXPECT_EQ(ParseRefusal("{\"a\": 1} trailing").find("x.json: line 1, column 1"), 0u);
 }
