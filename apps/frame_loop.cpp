@@ -131,12 +131,14 @@ FrameLoop::FrameLoop(const RunCommandOptions& options, SequenceSession& run, boo
       options.lighting.empty() && SourceOf(options, loaded.sequence) == SourceKind::kOutdoor;
   checks_ = std::make_unique<Checks>(is_measured_in_pictures);
   if (options.measure_shadows) checks_->shadows.emplace(model.mesh, model.diffuse_regions);
-  // The shadows of a mesh in another unit are nowhere in the picture.
-  const bool is_sun_checked = is_measured_in_pictures && !loaded.site.IsInWrongUnits();
+  // The shadows of a mesh in another unit, or beside the camera, are nowhere in the picture.
+  const bool is_sun_checked = is_measured_in_pictures && !loaded.site.IsMisread();
   if (is_sun_checked) checks_->sun.emplace(model.mesh, model.diffuse_regions);
   TakeNotes();
   if (is_measured_in_pictures && !is_sun_checked) {
-    Warn("the sun's direction is not compared with the shadows, as units seem to be wrong");
+    Warn(
+        "the sun's direction is not compared with the shadows, as the mesh or the pose seems to be "
+        "misread");
   }
   if (const std::string note = run.DaylightNote(); !note.empty()) {
     notes_.push_back(note);

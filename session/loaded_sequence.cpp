@@ -166,7 +166,7 @@ void Load(const SessionOptions& options, const Progress& progress, LoadedSequenc
   if (albedo != AlbedoSource::kSurvey) LeaveOutEnvironment(loaded.sequence);
   const std::string note_on_north = CorrectNorthOf(options, loaded);
   loaded.site = LoadSequenceSite(loaded.sequence);
-  for (const SiteWarning& warning : loaded.site.unit_warnings) {
+  for (const SiteWarning& warning : loaded.site.warnings) {
     loaded.site.notes.push_back(InOneLine(warning));
   }
   // After what the stated pose decides (where patches are finest), so that prepared parts are the

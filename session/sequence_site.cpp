@@ -25,6 +25,7 @@
 #include "scene/ray_caster.h"
 #include "scene/sky_shape.h"
 #include "session/available_memory.h"
+#include "session/check/clock_check.h"
 #include "session/check/geometry_check.h"
 #include "session/map_sun_check.h"
 #include "sunmodel/angles.h"
@@ -283,18 +284,27 @@ glm::ivec3 ProbeCountsFor(const BoundingBox& box, double spacing_m) {
   return glm::ivec3(gaps) + 1;
 }
 
-// A room's windows show a camera a few per cent of the sky, a porch half of it.
-bool IsIndoors(const Camera& camera, const RayCaster& caster) {
+// A room's windows show a camera a few per cent of the sky, a porch half of it. Beside a window
+// that may be a third: under a camera that sees the sky for a room, and under a roof, that is
+// indoors.
+bool IsIndoors(const Sequence& sequence, const RayCaster& caster) {
   constexpr double kLeastSkyOutdoors = 0.15;
-  const glm::vec3 centre_m(camera.CentreWorldM());
+  constexpr double kLeastSkyUnderARoof = 0.35;
+  constexpr double kOverhead = 0.94;  // Cosine of the angle to the zenith.
+  const glm::vec3 centre_m(sequence.CameraOfFrame(0).CentreWorldM());
   int seen = 0;
   int cells = 0;
+  bool has_roof = true;
   for (std::size_t cell = 0; cell < SkyTable::kCells; cell += 61) {
     if (!(SkyTable::SolidAngleSr(cell) > 0.0)) continue;
+    const glm::vec3 direction(SkyTable::DirectionOfCell(cell));
     ++cells;
-    if (!caster.Occluded(centre_m, glm::vec3(SkyTable::DirectionOfCell(cell)))) ++seen;
+    if (caster.Occluded(centre_m, direction)) continue;
+    ++seen;
+    has_roof = has_roof && direction.z < kOverhead;
   }
-  return seen < kLeastSkyOutdoors * cells;
+  const double least = sequence.fisheye && has_roof ? kLeastSkyUnderARoof : kLeastSkyOutdoors;
+  return seen < least * cells;
 }
 
 }  // namespace
@@ -399,7 +409,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   NoteLoading(sequence.scene_mesh, scene.report, site.notes);
   site.model.mesh = std::move(scene.mesh);
   const RayCaster caster(site.model.mesh);
-  site.is_indoors = IsIndoors(sequence.CameraOfFrame(0), caster);
+  site.is_indoors = IsIndoors(sequence, caster);
   double map_turned_rad = 0.0;
   if (sequence.environment) {
     LoadedMap loaded = LoadEnvironment(sequence, site.is_indoors, site.notes);
@@ -429,7 +439,18 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   site.objects = std::move(objects.parts);
   site.motions = std::move(objects.motions);
   site.notes.insert(site.notes.end(), objects.notes.begin(), objects.notes.end());
-  site.unit_warnings = CheckUnits(sequence, site.model.mesh, caster, site.objects, site.motions);
+  const Mesh& mesh = site.model.mesh;
+  const auto add = [&](SiteWarnings some) {
+    std::ranges::move(some, std::back_inserter(site.warnings));
+  };
+  add(CheckUnits(sequence, mesh, caster, site.objects, site.motions));
+  if (!site.IsMisread() && CheckAxes(sequence, mesh, caster).empty()) {
+    SiteWarnings of_pose = CheckPose(sequence, caster);
+    std::erase_if(of_pose, [](const SiteWarning& warning) { return !warning.spoils_forecast; });
+    add(std::move(of_pose));
+  }
+  if (!site.IsMisread()) add(CheckOpenings(sequence, mesh, caster));
+  add(CheckFrameOrder(sequence));
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "

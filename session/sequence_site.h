@@ -58,15 +58,14 @@ struct SequenceSite {
   std::vector<glm::dvec3> viewed_m;
   bool is_indoors = false;         // The first camera sees little of the sky.
   std::vector<std::string> notes;  // Notes on repairs and assumptions in loading.
-  SiteWarnings unit_warnings;      // Of CheckUnits.
+  SiteWarnings warnings;           // What needs no picture to be seen: see LoadSequenceSite.
   // Notes for the case that the materials' albedo is used: without an environment map.
   std::string materials_note;
   bool albedo_is_a_guess = false;  // The materials'.
 
-  // Whether mesh or camera seem to be in another unit: then nothing is where it is looked for.
-  bool IsInWrongUnits() const {
-    return std::ranges::any_of(unit_warnings, &SiteWarning::spoils_forecast);
-  }
+  // Whether mesh or camera seem to be in another unit or turned: then nothing is where it is looked
+  // for.
+  bool IsMisread() const { return std::ranges::any_of(warnings, &SiteWarning::spoils_forecast); }
 };
 
 // Reads the sun's direction from the environment map where neither a site nor
@@ -79,9 +78,11 @@ std::vector<std::string> FindSunInMap(Sequence& sequence);
 // "azimuth 144.0 deg, elevation 52.6 deg", for people.
 std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
 
-// Loads mesh, environment map, mask and objects. A sun in the map that is 3 deg or more from its
-// stated or computed direction is a note. Without such a direction as FindSunInMap.
-// Throws std::runtime_error, one line with the file and what was expected.
+// Loads mesh, environment map, mask and objects, and checks what needs no pictures (`warnings`):
+// units, a pose that another reading makes look at the mesh, openings, the frames' order. A sun in
+// the map that is 3 deg or more from its stated or computed direction is a note. Without such a
+// direction as FindSunInMap. Throws std::runtime_error, one line with the file and what was
+// expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 
 // Seconds from the sequence's first frame to `time`; the clock of animations.

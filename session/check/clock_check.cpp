@@ -1,12 +1,15 @@
 #include "session/check/clock_check.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -173,6 +176,45 @@ SiteWarnings CheckFrameTimes(const Sequence& sequence) {
                    "check the time zone, and the sign of site.longitude_deg (east is positive)"});
       }
     }
+  }
+  return warnings;
+}
+
+SiteWarnings CheckFrameOrder(const Sequence& sequence) {
+  SiteWarnings warnings;
+  const std::vector<FrameEntry>& frames = sequence.frames;
+  const auto seconds_before = [&](std::size_t i) {
+    return std::chrono::duration<double>(frames[i].time - frames[i - 1].time).count();
+  };
+  std::vector<std::size_t> back;
+  std::vector<std::size_t> too_long;
+  double longest_s = 0.0;  // Around the first of too_long.
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (seconds_before(i) < 0.0) back.push_back(i);
+    // The longer one: in a bracket a long exposure follows a short one.
+    const double around_s = std::max(seconds_before(i), i > 1 ? seconds_before(i - 1) : 0.0);
+    if (!(around_s > 0.0) || !(frames[i - 1].exposure_s.value_or(0.0) > 1.5 * around_s)) continue;
+    if (too_long.empty()) longest_s = around_s;
+    too_long.push_back(i - 1);
+  }
+  if (!back.empty()) {
+    warnings.push_back(
+        {fmt::format("frames earlier than the one before them: {}", back.size()),
+         fmt::format("frames[{}].time_utc", back.front()),
+         fmt::format(
+             "it is {:.6g} s before frames[{}]", -seconds_before(back.front()), back.front() - 1),
+         "list frames in the order in which they were taken: light is steadied, and "
+         "motion known, from frame to frame"});
+  }
+  if (!too_long.empty()) {
+    warnings.push_back({fmt::format("frames whose shutter is open for longer than a frame lasts: "
+                                    "{}",
+                                    too_long.size()),
+                        fmt::format("frames[{}].exposure_s", too_long.front()),
+                        fmt::format("{:.6g} s, where frames are {:.6g} s apart",
+                                    *frames[too_long.front()].exposure_s,
+                                    longest_s),
+                        "it is in seconds; correct it, or time_utc"});
   }
   return warnings;
 }

@@ -19,6 +19,10 @@ namespace pleinair {
 // known.
 SiteWarnings CheckFrameTimes(const Sequence& sequence);
 
+// Checks that the frames' times increase, and that no shutter is open for longer than a frame
+// lasts.
+SiteWarnings CheckFrameOrder(const Sequence& sequence);
+
 // The sun's direction by a picture, in the model's frame.
 struct SeenSun {
   UtcTime time{};

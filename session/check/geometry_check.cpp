@@ -153,6 +153,71 @@ std::vector<PoseReading> OtherReadings(const glm::dmat4& written) {
           {"a world with Y up", written * y_up}};
 }
 
+// How much of a window's polygon the mesh covers, within a wall's thickness, and with which group
+// most.
+struct WindowCover {
+  double share = 0.0;
+  std::string group;
+};
+
+WindowCover CoverOf(const std::vector<glm::dvec3>& polygon_m,
+                    const Mesh& mesh,
+                    const RayCaster& caster) {
+  constexpr double kHalfDepthM = 0.1;
+  constexpr int kPlaces = 64;  // Of each triangle around the middle.
+  glm::dvec3 middle_m(0.0);
+  for (const glm::dvec3& corner_m : polygon_m) middle_m += corner_m;
+  middle_m /= static_cast<double>(polygon_m.size());
+  double area = 0.0;
+  double covered = 0.0;
+  std::map<std::string, double> of_group;
+  for (std::size_t i = 0; i < polygon_m.size(); ++i) {
+    const glm::dvec3 a = polygon_m[i] - middle_m;
+    const glm::dvec3 b = polygon_m[(i + 1) % polygon_m.size()] - middle_m;
+    const glm::dvec3 across = glm::cross(a, b);
+    if (!(glm::length(across) > 0.0)) continue;
+    const glm::dvec3 normal = glm::normalize(across);
+    const double part = glm::length(across) / kPlaces;
+    for (int place = 0; place < kPlaces; ++place) {
+      glm::dvec2 at = FibonacciPoint(place, kPlaces, glm::dvec2(0.5 / kPlaces, 0.0));
+      if (at.x + at.y > 1.0) at = 1.0 - at;
+      const glm::dvec3 start_m = middle_m + at.x * a + at.y * b - kHalfDepthM * normal;
+      const auto hit = caster.Intersect(glm::vec3(start_m), glm::vec3(normal));
+      area += part;
+      if (!hit || hit->distance_m > 2.0 * kHalfDepthM) continue;
+      covered += part;
+      of_group[mesh.group_names[mesh.triangle_group[hit->triangle]]] += part;
+    }
+  }
+  if (!(covered > 0.0)) return {};
+  const auto most = std::ranges::max_element(
+      of_group, {}, [](const std::pair<const std::string, double>& one) { return one.second; });
+  return {covered / area, most->first};
+}
+
+// Whether light of the sky gets to a place, by some reflections.
+bool GetsSky(const glm::vec3& place_m, const RayCaster& caster) {
+  constexpr int kWalks = 1024;
+  constexpr int kReflections = 6;  // Through a second room.
+  std::uint64_t random = 1;
+  const auto uniform = [&] { return UnitFromHash(random = HashBits(random)); };
+  for (int walk = 0; walk < kWalks; ++walk) {
+    glm::vec3 start_m = place_m;
+    glm::vec3 normal(0.0f, 0.0f, walk % 2 == 0 ? 1.0f : -1.0f);
+    for (int reflection = 0; reflection <= kReflections; ++reflection) {
+      const double first = uniform();
+      const glm::vec3 direction = NormalFrame(normal).CosineDirection({first, uniform()});
+      const auto hit = caster.Intersect(start_m, direction);
+      if (!hit && direction.z > 0.0f) return true;
+      if (!hit) break;
+      const bool is_front = glm::dot(hit->geometric_normal, direction) < 0.0f;
+      normal = is_front ? hit->geometric_normal : -hit->geometric_normal;
+      start_m = OffsetFromSurface(hit->position_m, normal);
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 SiteWarnings CheckUnits(const Sequence& sequence,
@@ -244,13 +309,19 @@ SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCast
                    : std::string("turn it to east (+X), north (+Y), up (+Z)"),
          true});
   }
+  return warnings;
+}
+
+SiteWarnings CheckPose(const Sequence& sequence, const RayCaster& caster) {
+  SiteWarnings warnings;
   const Camera camera = sequence.CameraOfFrame(0);
   constexpr double kLeastSeen = 0.1;
+  constexpr double kHardlySeen = 0.01;
   const double seen = ShareSeen(camera, caster);
   // Image rows go down.
   const double image_up_z = -camera.camera_from_world[2][1];
   constexpr double kHangingDown = -0.5;
-  if (!mesh_is_turned && (seen < kLeastSeen || image_up_z < kHangingDown)) {
+  if (seen < kLeastSeen || image_up_z < kHangingDown) {
     std::string evidence =
         seen < kLeastSeen
             ? fmt::format("the camera sees the mesh in {:.0f} % of the picture", 100.0 * seen)
@@ -273,7 +344,7 @@ SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCast
                         evidence,
                         "expected is camera_from_world, row by row: camera x right, y down, z "
                         "forward (OpenCV); world +X east, +Y north, +Z up, metres",
-                        true});
+                        !reading.empty() || seen < kHardlySeen});
   }
   return warnings;
 }
@@ -342,6 +413,31 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
            100.0 * steep_above / steep,
            100.0 * steep_below / steep),
        "state where the panorama's camera stood, in the mesh's metres"});
+  return warnings;
+}
+
+SiteWarnings CheckOpenings(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
+  SiteWarnings warnings;
+  const std::string remedy = "open it in the mesh; glass counts as opaque, so leave panes out";
+  for (std::size_t i = 0; i < sequence.windows.size(); ++i) {
+    const WindowCover cover = CoverOf(sequence.windows[i].polygon_world_m, mesh, caster);
+    constexpr double kMostCovered = 0.5;  // By frames and bars.
+    if (!(cover.share > kMostCovered)) continue;
+    warnings.push_back({fmt::format("the window \"{}\" is closed", sequence.windows[i].name),
+                        fmt::format("windows[{}]", i),
+                        fmt::format("the mesh's \"{}\" stops light in {:.0f} % of its area",
+                                    cover.group,
+                                    100.0 * cover.share),
+                        remedy});
+  }
+  if (!warnings.empty() || !sequence.fisheye || sequence.frames.empty()) return warnings;
+  if (!GetsSky(glm::vec3(sequence.CameraOfFrame(0).CentreWorldM()), caster)) {
+    warnings.push_back(
+        {"no light of the sky gets in",
+         sequence.scene_mesh.string(),
+         "no way from the first camera, by reflections, ends in the sky",
+         "open doors and windows in the mesh; glass counts as opaque, so leave panes out"});
+  }
   return warnings;
 }
 

@@ -272,8 +272,11 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   const SequenceSite site = LoadSequenceSite(sequence);
   const Mesh& mesh = site.model.mesh;
   const RayCaster caster(mesh);
-  SiteWarnings warnings = site.unit_warnings;
-  Append(CheckAxes(sequence, mesh, caster), warnings);
+  SiteWarnings warnings = site.warnings;
+  SiteWarnings axes = CheckAxes(sequence, mesh, caster);
+  // In a mesh that is turned no pose looks right. What is sure of it is in the site's warnings.
+  if (axes.empty() && !site.IsMisread()) axes = CheckPose(sequence, caster);
+  Append(std::move(axes), warnings);
   // With another unit or other axes nothing is where it is looked for.
   const bool is_unusable = std::ranges::any_of(warnings, &SiteWarning::spoils_forecast);
   if (!is_unusable) Append(CheckPlaces(sequence, caster), warnings);

@@ -28,6 +28,7 @@
 #include "sunmodel/time_text.h"
 #include "tests/datasets/exif_picture.h"
 #include "tests/datasets/made_pictures.h"
+#include "tests/objects/placement_stage.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair {
@@ -45,6 +46,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::Field;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -417,6 +419,97 @@ TEST_F(FrameTimes, AreByDayWhereTheExposureIs) {
   document_["frames"][0]["exposure_s"] = 2.0;
   folder_.Write("sequence.json", document_.dump());
   EXPECT_THAT(CheckFrameTimes(ReadSequence(folder_.Path())), IsEmpty());
+}
+
+TEST(FrameOrder, TimesIncreaseAndShuttersClose) {
+  Sequence sequence;
+  for (const int seconds : {0, 10, 20}) {
+    FrameEntry frame;
+    frame.time = ParseUtcTime("2026-04-10T08:00:00Z") + std::chrono::seconds(seconds);
+    frame.exposure_s = 0.01;
+    sequence.frames.push_back(frame);
+  }
+  EXPECT_THAT(CheckFrameOrder(sequence), IsEmpty());
+  std::swap(sequence.frames[1], sequence.frames[2]);
+  EXPECT_THAT(CheckFrameOrder(sequence),
+              ElementsAre(AllOf(Field(&SiteWarning::where, "frames[2].time_utc"),
+                                Field(&SiteWarning::evidence, "it is 10 s before frames[1]"))));
+  std::swap(sequence.frames[1], sequence.frames[2]);
+  // A bracket's times are the exposures' begins.
+  sequence.frames[1].time = sequence.frames[0].time + std::chrono::milliseconds(20);
+  sequence.frames[1].exposure_s = 8.0;
+  EXPECT_THAT(CheckFrameOrder(sequence), IsEmpty());
+  sequence.frames[1].exposure_s = 40.0;  // Milliseconds.
+  EXPECT_THAT(CheckFrameOrder(sequence),
+              ElementsAre(AllOf(Says("open for longer"),
+                                Field(&SiteWarning::where, "frames[1].exposure_s"))));
+}
+
+// --- Whether light gets in.
+
+// A room of 4 x 4 x 3 m whose southern wall has a window of 2 x 1 m, and the camera in its middle.
+class Openings : public testing::Test {
+ protected:
+  Openings() {
+    room_.Quad("floor", {-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0});
+    room_.Quad("ceiling", {-2, -2, 3}, {2, -2, 3}, {2, 2, 3}, {-2, 2, 3});
+    room_.Quad("wall", {-2, 2, 0}, {2, 2, 0}, {2, 2, 3}, {-2, 2, 3});
+    room_.Quad("wall", {-2, -2, 0}, {-2, 2, 0}, {-2, 2, 3}, {-2, -2, 3});
+    room_.Quad("wall", {2, -2, 0}, {2, 2, 0}, {2, 2, 3}, {2, -2, 3});
+    room_.Quad("wall", {-2, -2, 0}, {2, -2, 0}, {2, -2, 1}, {-2, -2, 1});
+    room_.Quad("wall", {-2, -2, 2}, {2, -2, 2}, {2, -2, 3}, {-2, -2, 3});
+    room_.Quad("wall", {-2, -2, 1}, {-1, -2, 1}, {-1, -2, 2}, {-2, -2, 2});
+    room_.Quad("wall", {1, -2, 1}, {2, -2, 1}, {2, -2, 2}, {1, -2, 2});
+    sequence_.windows.push_back({"south", {{-1, -2, 1}, {1, -2, 1}, {1, -2, 2}, {-1, -2, 2}}});
+    sequence_.fisheye.emplace();
+    sequence_.scene_mesh = "room.obj";
+    sequence_.frames.emplace_back().camera_from_world =
+        glm::inverse(glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.0, 1.5)));
+  }
+  SiteWarnings Check() {
+    const Mesh mesh = room_.Done();
+    return CheckOpenings(sequence_, mesh, RayCaster(mesh));
+  }
+
+  placement_stage::Builder room_;
+  Sequence sequence_;
+};
+
+TEST_F(Openings, AnOpenWindowIsFine) {
+  EXPECT_THAT(Check(), IsEmpty());
+  // A frame's bars.
+  room_.Quad("bar", {-0.1f, -2, 1}, {0.1f, -2, 1}, {0.1f, -2, 2}, {-0.1f, -2, 2});
+  EXPECT_THAT(Check(), IsEmpty());
+}
+
+TEST_F(Openings, APaneClosesAStatedWindow) {
+  room_.Quad("pane", {-1, -2.05f, 1}, {1, -2.05f, 1}, {1, -2.05f, 2}, {-1, -2.05f, 2});
+  EXPECT_THAT(Check(),
+              ElementsAre(AllOf(Says("window \"south\" is closed"),
+                                Field(&SiteWarning::where, "windows[0]"),
+                                Field(&SiteWarning::evidence,
+                                      "the mesh's \"pane\" stops light in 100 % of its area"))));
+}
+
+// Out of the window into a hall with a hole in its far wall.
+TEST_F(Openings, ARoomMayGetItsLightThroughAnother) {
+  room_.Quad("hall", {-2, -6, 0}, {2, -6, 0}, {2, -2, 0}, {-2, -2, 0});
+  room_.Quad("hall", {-2, -6, 3}, {2, -6, 3}, {2, -2, 3}, {-2, -2, 3});
+  room_.Quad("hall", {-2, -6, 0}, {-2, -2, 0}, {-2, -2, 3}, {-2, -6, 3});
+  room_.Quad("hall", {2, -6, 0}, {2, -2, 0}, {2, -2, 3}, {2, -6, 3});
+  room_.Quad("hall", {-2, -6, 0.8f}, {2, -6, 0.8f}, {2, -6, 3}, {-2, -6, 3});
+  EXPECT_THAT(Check(), IsEmpty());
+}
+
+TEST_F(Openings, AClosedRoomIsDark) {
+  room_.Quad("pane", {-1, -2.05f, 1}, {1, -2.05f, 1}, {1, -2.05f, 2}, {-1, -2.05f, 2});
+  room_.Box("box", {-3.0f, -3.0f, -1.0f}, {3.0f, 3.0f, 4.0f});
+  sequence_.windows.clear();
+  EXPECT_THAT(Check(),
+              ElementsAre(AllOf(Says("no light of the sky gets in"),
+                                Field(&SiteWarning::where, "room.obj"))));
+  sequence_.fisheye.reset();  // Light is measured in the pictures.
+  EXPECT_THAT(Check(), IsEmpty());
 }
 
 // --- What explains a sun in the wrong place.
