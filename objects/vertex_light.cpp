@@ -306,6 +306,12 @@ void VertexLight::SmoothThisShape() {
   smoothing_ = VertexSmoothing(mesh, hidden_share, gather_.RaysPerVertex());
 }
 
+void VertexLight::Smooth(std::size_t light) {
+  Responses& responses = responses_[0];
+  responses.smoothed.resize(responses.of_light.size());
+  responses.smoothed[light] = smoothing_.Smoothed(responses.of_light[light]);
+}
+
 void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
   const PatchScene& objects = interreflection_.Objects();
   const std::vector<glm::vec3> dark_objects(objects.FaceCount(), glm::vec3(0.0f));
@@ -317,7 +323,8 @@ void VertexLight::UpdateGathered(const FrameBasis& basis, std::size_t light) {
         [this](std::span<const glm::vec3> at_points) { return gather_.AtVertices(at_points); },
         irradiance);
   }
-  Of(mode_).of_light[light] = smoothing_.Smoothed(WithReflection(light, std::move(irradiance)));
+  Of(mode_).of_light[light] = WithReflection(light, std::move(irradiance));
+  Smooth(light);
 }
 
 template <class AtVertices>
@@ -382,7 +389,9 @@ std::vector<glm::vec3> VertexLight::WithReflection(std::size_t light,
 
 void VertexLight::SumResponses(const FrameBasis& basis, const Lighting& lighting, PerObject& sum) {
   if (mode_.with_daylight) UpdateDaylightResponses(basis);
-  const std::vector<std::vector<glm::vec3>>& responses = Of(mode_).of_light;
+  const Responses& of_mode = Of(mode_);
+  const std::vector<std::vector<glm::vec3>>& responses =
+      of_mode.smoothed.empty() ? of_mode.of_light : of_mode.smoothed;
   std::size_t first = 0;
   for (std::vector<glm::vec3>& irradiance : sum) {
     std::fill(irradiance.begin(), irradiance.end(), glm::vec3(0.0f));

@@ -133,6 +133,9 @@ class VertexLight {
   // Responses to lights, by rays: for all objects' vertices.
   struct Responses {
     std::vector<std::vector<glm::vec3>> of_light;
+    // The same as pictures show it. Light in motion goes on from what was gathered: from this it
+    // would be smoothed again. Empty: as of_light.
+    std::vector<std::vector<glm::vec3>> smoothed;
     LightsDone done;
   };
 
@@ -165,6 +168,8 @@ class VertexLight {
   bool MayStartCoarse() const;
   // Sets smoothing_ up by gather_, which is complete.
   void SmoothThisShape();
+  // Sets the smoothed response to a light at vertices.
+  void Smooth(std::size_t light);
   // Keeps the light of a coarse start until finer light at the same place replaces it.
   void LeaveCoarse();
   // Keeps the light from where the objects were, to follow them; returns whether it can.

@@ -153,10 +153,7 @@ bool VertexLight::Follow(const FrameBasis& basis, std::span<const std::size_t> l
                  GatherParts(parts, basis, lights),
                  {basis, lights},
                  responses_[0].of_light);
-  for (const std::size_t light : lights) {
-    std::vector<glm::vec3>& response = responses_[0].of_light[light];
-    response = smoothing_.Smoothed(std::move(response));
-  }
+  for (const std::size_t light : lights) Smooth(light);
   return true;
 }
 
