@@ -118,7 +118,7 @@ class MotionBlur : public testing::Test {
                         double readout_s = 0.0,
                         const FramePipelineOptions& options = Options()) {
     Camera camera(objects, options);
-    constexpr int kInExposure = 24;
+    constexpr int kInExposure = 32;
     constexpr double kStepS = kExposureS / kInExposure;
     const int around = static_cast<int>(std::ceil(0.5 * readout_s / kStepS));
     const Frame frame = FrameAt(moves, 0.0);

@@ -229,15 +229,18 @@ TEST_F(MovingObjects, APictureInMotionIsAsGoodAsAStillOne) {
   FramePipelineOptions converged = InSteps();
   converged.object_light.gather.rays_per_receiver = 2048;
   converged.influence.rays_per_receiver = 1024;
-  const Composite reference =
-      std::move(stage_->Run(objects, converged, {poses.back()}).front().composite);
-  const Composite still =
-      std::move(stage_->Run(objects, InSteps(), {poses.back()}).front().composite);
-  const Composite moving =
-      std::move(stage_->Run(objects, InSteps(), poses, kFrameS).back().composite);
-  // Beyond that, a quarter of a code value, no difference is visible.
-  constexpr double kVisibleDb = 60.0;
-  EXPECT_GT(Psnr(moving, reference), std::min(Psnr(still, reference) - 1.0, kVisibleDb));
+  const std::vector<FrameResult> moving = stage_->Run(objects, InSteps(), poses, kFrameS);
+  // A mean over places: at one of them rays may be lucky.
+  constexpr std::size_t kPlaces = 5;
+  double lost_db = 0.0;
+  for (std::size_t i = poses.size() - kPlaces; i < poses.size(); ++i) {
+    const Composite reference =
+        std::move(stage_->Run(objects, converged, {poses[i]}).front().composite);
+    const Composite still =
+        std::move(stage_->Run(objects, InSteps(), {poses[i]}).front().composite);
+    lost_db += Psnr(still, reference) - Psnr(moving[i].composite, reference);
+  }
+  EXPECT_LT(lost_db / kPlaces, 1.0);
 }
 
 // All of it is gathered in each frame, with room for more.
