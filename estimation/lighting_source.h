@@ -12,6 +12,7 @@
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
+#include "calib/response_correction.h"
 #include "estimation/diffuse_sample.h"
 #include "estimation/exposure_change.h"
 #include "estimation/sky_climate.h"
@@ -52,6 +53,9 @@ struct LightingObservation {
 struct LightingEstimate {
   Lighting lighting;
   LightUnits units = LightUnits::kAbsolute;
+  // Of the frame's codes, where their exposure is unknown: `lighting` is light, not what is
+  // recorded of it.
+  ResponseCorrection response;
   // Since the last frame; only for light that is relative per frame.
   ExposureChange exposure_change;
   bool sun_observable = false;

@@ -28,10 +28,18 @@ double ChosenExposure(const Frame& frame) {
   return frame.codes ? 1.0 : ChosenExposure(frame.radiance);
 }
 
-DisplayCodes::DisplayCodes(const ResponseCurve& response, double exposure) {
+DisplayCodes::DisplayCodes(const ResponseCurve& response,
+                           double exposure,
+                           const ResponseCorrection& correction) {
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];
     channel.linear_of_code = response.LinearOfCode(c);
+    if (!correction.IsNone()) {
+      for (float& linear : channel.linear_of_code) {
+        linear = static_cast<float>(correction.unit_rgb[c] *
+                                    std::pow(double{linear}, 1.0 / (1.0 + correction.exponent)));
+      }
+    }
     std::size_t code = 0;
     for (std::size_t i = 0; i < kGuesses; ++i) {
       const float lower = static_cast<float>(i) / kGuesses;

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "calib/response.h"
+#include "calib/response_correction.h"
 #include "scene/frame.h"
 #include "scene/image.h"
 
@@ -24,8 +25,11 @@ double ChosenExposure(const Frame& frame);
 // Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.
 class DisplayCodes {
  public:
+  // Of light that `correction` makes of grey pixels; its veil is left out.
   // Throws std::invalid_argument for an exposure that is not positive and finite.
-  DisplayCodes(const ResponseCurve& response, double exposure);
+  DisplayCodes(const ResponseCurve& response,
+               double exposure,
+               const ResponseCorrection& correction = {});
 
   void SetExposure(double exposure);
   double Exposure() const { return exposure_; }

@@ -155,6 +155,7 @@ void FramePipeline::Draw(const Frame& frame, FrameResult& result) {
       result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
   const StageTimes before = result.timing_ms;
   static_cast<RenderedFrame&>(result) = effects_->Render({frame,
+                                                          result.estimate.response,
                                                           view_builder_.View(),
                                                           view_builder_,
                                                           transport_sun,

@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -74,7 +75,12 @@ void FrameEffects::Pose() {
   poses_ = objects_.PosesId();
 }
 
-void FrameEffects::Expose(const Frame& frame) {
+void FrameEffects::Expose(const LitFrame& lit) {
+  const Frame& frame = lit.frame;
+  if (const bool corrects = !lit.response.IsNone(); corrects || has_corrected_codes_) {
+    codes_ = DisplayCodes(options_.display_response, 1.0, lit.response);
+    has_corrected_codes_ = corrects;
+  }
   if (frame.exposure && *frame.exposure > 0.0) {
     codes_.SetExposure(*frame.exposure);
     return;
@@ -148,13 +154,18 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   const LightSteps steps = StepsOf(lit.frame);
   stage_.Light().BeginFrame(steps);
   Pose();
+  std::optional<RgbImage> light;
+  if (!lit.response.IsNone() && lit.frame.codes) {
+    light = LightOf(*lit.frame.codes, options_.display_response, lit.response);
+  }
+  const RgbImage& radiance = light ? *light : lit.frame.radiance;
   if (objects_.Objects().empty()) {
-    rendered.composite = Draw(InputOf(lit), rendered.timing_ms);
+    rendered.composite = Draw(lit, InputOf(lit, radiance), rendered.timing_ms);
     rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
     return rendered;
   }
   Stopwatch watch;
-  EffectFrame frame = Begin(lit, steps);
+  EffectFrame frame = Begin(lit, radiance, steps);
   double once_ms = 0.0;  // Part of planning, in the first frames only.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
     Stopwatch measuring;
@@ -188,11 +199,11 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
 
   Do(plan.runs, frame.light, works, rendered.timing_ms);
   rendered.daylight = stage_.Light().TakeDaylightSummary();
-  CompositeInput input = InputOf(lit);
+  CompositeInput input = InputOf(lit, radiance);
   for (const Effect effect : kAllEffects) {
     if (plan.runs.Has(effect)) Of(effect).Draw(frame, input);
   }
-  rendered.composite = Draw(input, rendered.timing_ms);
+  rendered.composite = Draw(lit, input, rendered.timing_ms);
   for (FrameWork& work : works) {
     if (!work.finish || !work.offer.IsNeededFor(plan.runs)) continue;
     Stopwatch finishing;
@@ -258,10 +269,11 @@ std::optional<LookedAtPlaces> FrameEffects::PlacesLookedAt(const Frame& frame,
   return places;
 }
 
-EffectFrame FrameEffects::Begin(const LitFrame& lit, LightSteps steps) {
+EffectFrame FrameEffects::Begin(const LitFrame& lit, const RgbImage& radiance, LightSteps steps) {
   basis_.Update(lit.view_builder, lit.transport_sun, lit.bounce_sun);
-  Expose(lit.frame);
+  Expose(lit);
   EffectFrame frame{lit.frame,
+                    radiance,
                     lit.view,
                     lit.view_builder.PixelSides(),
                     basis_,
@@ -318,9 +330,9 @@ void FrameEffects::Do(EffectSet runs,
   times.probes -= times.relight;
 }
 
-CompositeInput FrameEffects::InputOf(const LitFrame& lit) const {
+CompositeInput FrameEffects::InputOf(const LitFrame& lit, const RgbImage& radiance) const {
   return {
-      lit.frame.radiance,
+      radiance,
       lit.frame.clipped,
       lit.view,
       lit.lighting,
@@ -328,8 +340,20 @@ CompositeInput FrameEffects::InputOf(const LitFrame& lit) const {
       {.sun_shading = false, .sun_shadow = false, .object_shadow = false, .probe_shading = false}};
 }
 
-Composite FrameEffects::Draw(const CompositeInput& input, StageTimes& times) {
+Composite FrameEffects::Draw(const LitFrame& lit, const CompositeInput& input, StageTimes& times) {
   Composite composite = compositor_.Render(input);
+  if (&input.camera_radiance != &lit.frame.radiance) {
+    const RgbImage& recorded = lit.frame.radiance;
+    const LensCircle circle = LensCircle::Of(recorded.width, recorded.height);
+    tbb::parallel_for(0, recorded.height, [&](int y) {
+      for (int x = 0; x < recorded.width; ++x) {
+        glm::vec3& pixel = composite.radiance.At(x, y);
+        pixel = composite.change.At(x, y) == static_cast<std::uint8_t>(PixelChange::kNone)
+                    ? recorded.At(x, y)
+                    : Recorded(pixel, lit.response, circle.ShareOfCorner({x + 0.5, y + 0.5}));
+      }
+    });
+  }
   times.render = composite.draw_ms;
   times.readback = composite.readback_ms;
   return composite;

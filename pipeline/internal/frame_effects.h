@@ -23,6 +23,7 @@ namespace pleinair {
 // One frame's light is known. References live for the call only.
 struct LitFrame {
   const Frame& frame;
+  const ResponseCorrection& response;  // Of the frame, as light is.
   const SurfaceView& view;
   SurfaceViewBuilder& view_builder;       // As of `view`.
   const DirectionalLight& transport_sun;  // The sun that transport is for.
@@ -56,14 +57,14 @@ class FrameEffects {
   FrameEffect& Of(Effect effect) { return *effects_[static_cast<std::size_t>(effect)]; }
   // Hands objects that have moved to the stage and the compositor.
   void Pose();
-  void Expose(const Frame& frame);
+  void Expose(const LitFrame& lit);
   // Decides what counts as motion: what follows it reads the answer.
   LightSteps StepsOf(const Frame& frame) const;
   // How a budget shares costs among frames; without a budget each frame has its own costs.
   WorkSharing SharingOf(const LitFrame& lit) const;
   // Over how many frames a budget may spread the work that each sun requires.
   double FramesASun(const Frame& frame) const;
-  EffectFrame Begin(const LitFrame& lit, LightSteps steps);
+  EffectFrame Begin(const LitFrame& lit, const RgbImage& radiance, LightSteps steps);
   // Fills in what these effects offer, in the order of the list.
   void AddOffers(EffectSet effects, const EffectFrame& frame, std::vector<EffectOffer>& offers);
   // Light on the objects in that way, before the plan.
@@ -77,8 +78,9 @@ class FrameEffects {
           std::vector<FrameWork>& works,
           StageTimes& times);
   // Without any effect.
-  CompositeInput InputOf(const LitFrame& lit) const;
-  Composite Draw(const CompositeInput& input, StageTimes& times);
+  CompositeInput InputOf(const LitFrame& lit, const RgbImage& radiance) const;
+  // The result is what the camera would have recorded.
+  Composite Draw(const LitFrame& lit, const CompositeInput& input, StageTimes& times);
   bool IsLightCoarse(EffectSet runs);
   void LearnDrawing(std::span<const FrameWork> works, const RenderedFrame& rendered);
 
@@ -90,6 +92,7 @@ class FrameEffects {
   std::array<std::unique_ptr<FrameEffect>, kEffectCount> effects_;  // By Effect.
   FrameBasis basis_;
   DisplayCodes codes_;
+  bool has_corrected_codes_ = false;
   std::optional<double> chosen_exposure_;  // For frames without one.
   CameraMatching camera_matching_;
 

@@ -64,7 +64,7 @@ double ChangeOfReached(const EffectFrame& frame,
                        const glm::vec3& added) {
   return static_cast<double>(LargestOver(reach.pixels.size(), [&](std::size_t i) {
     const std::size_t pixel = reach.pixels[i];
-    const glm::vec3& camera = frame.frame.radiance.pixels[pixel];
+    const glm::vec3& camera = frame.radiance.pixels[pixel];
     if (!IsFinite(camera)) return 0.0f;
     const PixelLight light = LightOfPixel(frame, pixel);
     const glm::vec3 to_radiance = kInvPi * frame.view.albedo_rgb.pixels[pixel];

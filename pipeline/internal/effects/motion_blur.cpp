@@ -68,7 +68,7 @@ class MotionBlurOfObjects : public FrameEffect {
     const double shift_px = LargestShiftPx(motion, frame.frame.camera, boxes, mean_s);
     const double share = std::min(kOfShadows * std::numbers::sqrt2 * shift_px, 1.0);
     if (stage_.AnyGlossy()) return {share > 0.0 ? kWhiteCode : 0.0, "motion of what may glint"};
-    const std::vector<glm::vec3>& pixels = frame.frame.radiance.pixels;
+    const std::vector<glm::vec3>& pixels = frame.radiance.pixels;
     const float of_camera = LargestOver(pixels.size(), [&](std::size_t i) {
       return LargestOf(pixels[i]) < 1e30f ? LargestOf(pixels[i]) : 0.0f;
     });

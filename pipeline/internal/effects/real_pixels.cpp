@@ -34,7 +34,7 @@ RealPixel RealPixelOf(const EffectFrame& frame, std::size_t pixel, const PixelLi
   const SurfaceView& view = frame.view;
   const glm::vec3 to_radiance = kInvPi * view.albedo_rgb.pixels[pixel];
   RealPixel state;
-  state.observed = frame.frame.radiance.pixels[pixel];
+  state.observed = frame.radiance.pixels[pixel];
   state.clipped = IsClipped(frame.frame, pixel);
   state.lit = to_radiance * (light.indirect + light.direct);
   state.shaded = to_radiance * light.indirect;
@@ -51,7 +51,7 @@ template <class Decide>
 auto Of(const EffectFrame& frame, std::size_t pixel, const RealPixel& state, Decide&& decide) {
   const int width = frame.view.Width();
   const auto place = static_cast<int>(pixel);
-  const RealPicture picture{frame.frame.radiance, frame.frame.clipped, frame.view};
+  const RealPicture picture{frame.radiance, frame.frame.clipped, frame.view};
   return decide(state, picture, place % width, place / width);
 }
 
@@ -63,7 +63,7 @@ float SunSeenWithout(const EffectFrame& frame, std::size_t pixel, const RealPixe
 
 std::optional<bool> LooksSunlit(const EffectFrame& frame, std::size_t pixel) {
   if (frame.view.region.pixels[pixel] == SurfaceView::kNoRegion) return std::nullopt;
-  if (!IsFinite(frame.frame.radiance.pixels[pixel])) return std::nullopt;
+  if (!IsFinite(frame.radiance.pixels[pixel])) return std::nullopt;
   const RealPixel state = RealPixelOf(frame, pixel, LightOfPixel(frame, pixel));
   if (state.model_visibility < 0.5f) return std::nullopt;
   if (Of(frame, pixel, state, IsLikelierLit)) return true;

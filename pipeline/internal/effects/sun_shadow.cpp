@@ -18,7 +18,7 @@ namespace {
 // Code values by which a real pixel falls when it loses all of its sun, where objects may hide that
 // share of its other light. In the dark a step of light is more codes.
 float FallInShadow(const EffectFrame& frame, std::size_t pixel, float hidden_share) {
-  const glm::vec3& camera = frame.frame.radiance.pixels[pixel];
+  const glm::vec3& camera = frame.radiance.pixels[pixel];
   if (!IsFinite(camera)) return 0.0f;
   const PixelLight light = LightOfPixel(frame, pixel);
   const RealPixel state = RealPixelOf(frame, pixel, light);

@@ -1,0 +1,65 @@
+#include "calib/response_correction.h"
+
+#include <array>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace pleinair {
+
+LensCircle LensCircle::Of(int width_px, int height_px) {
+  const glm::dvec2 centre_px = 0.5 * glm::dvec2(width_px, height_px);
+  return {centre_px, glm::length(centre_px)};
+}
+
+double LensCircle::ShareOfCorner(const glm::dvec2& place_px) const {
+  const glm::dvec2 from_centre = (place_px - centre_px) / radius_px;
+  return glm::dot(from_centre, from_centre);
+}
+
+bool ResponseCorrection::IsNone() const {
+  return exponent == 0.0 && vignetting == 0.0 && veil_rgb == glm::dvec3(0.0) &&
+         unit_rgb == glm::dvec3(1.0);
+}
+
+glm::vec3 Recorded(const glm::vec3& light,
+                   const ResponseCorrection& correction,
+                   double share_of_corner) {
+  const glm::dvec3 seen = (glm::dvec3(light) / correction.unit_rgb + correction.veil_rgb) *
+                          (1.0 - correction.vignetting * share_of_corner);
+  glm::vec3 recorded(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    if (seen[c] > 0.0)
+      recorded[c] = static_cast<float>(std::pow(seen[c], 1.0 + correction.exponent));
+  }
+  return recorded;
+}
+
+RgbImage LightOf(const Rgb8Image& codes,
+                 const ResponseCurve& response,
+                 const ResponseCorrection& correction) {
+  std::array<std::array<double, 256>, 3> seen_of_code{};
+  for (int c = 0; c < 3; ++c) {
+    for (std::size_t code = 0; code < 256; ++code) {
+      seen_of_code[static_cast<std::size_t>(c)][code] =
+          std::pow(double{response.LinearOfCode(c)[code]}, 1.0 / (1.0 + correction.exponent));
+    }
+  }
+  const LensCircle circle = LensCircle::Of(codes.width, codes.height);
+  RgbImage light(codes.width, codes.height);
+  tbb::parallel_for(0, codes.height, [&](int y) {
+    for (int x = 0; x < codes.width; ++x) {
+      const glm::u8vec3& code = codes.At(x, y);
+      const glm::dvec3 seen(
+          seen_of_code[0][code.x], seen_of_code[1][code.y], seen_of_code[2][code.z]);
+      const double kept = 1.0 - correction.vignetting * circle.ShareOfCorner({x + 0.5, y + 0.5});
+      const glm::dvec3 of_surface = glm::max(seen / kept - correction.veil_rgb, glm::dvec3(0.0));
+      light.At(x, y) = glm::vec3(of_surface * correction.unit_rgb);
+    }
+  });
+  return light;
+}
+
+}  // namespace pleinair

@@ -1,0 +1,45 @@
+// What a camera makes of light beyond its stated response, as its pictures show.
+#pragma once
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "calib/response.h"
+#include "scene/image.h"
+
+namespace pleinair {
+
+// The circle through a picture's corners, pixels. A lens loses light towards it.
+struct LensCircle {
+  glm::dvec2 centre_px{0.0};
+  double radius_px = 1.0;  // > 0.
+
+  static LensCircle Of(int width_px, int height_px);
+  // 0 at the centre, 1 in the corners; grows with the square of the distance.
+  double ShareOfCorner(const glm::dvec2& place_px) const;
+};
+
+// From radiance to what is recorded as such, both in the units of a picture whose white is 1:
+//   recorded = ((light / unit + veil) (1 - vignetting ShareOfCorner))^(1 + exponent).
+// Shadows and objects are computed with light, and recorded as the camera would have recorded them.
+struct ResponseCorrection {
+  // Light as bright as what the picture shows is recorded as it is; > 0.
+  glm::dvec3 unit_rgb{1.0};
+  glm::dvec3 veil_rgb{0.0};  // Added everywhere: haze, flare, a wrong black level.
+  double vignetting = 0.0;   // Share of light that is lost in the corners; < 1.
+  double exponent = 0.0;     // > -1.
+
+  bool IsNone() const;
+};
+
+// Returns the light of a picture of unknown exposure; black where it is darker than the veil.
+RgbImage LightOf(const Rgb8Image& codes,
+                 const ResponseCurve& response,
+                 const ResponseCorrection& correction);
+
+// The inverse, for one of the pixels of a picture of this size. `light` is finite.
+glm::vec3 Recorded(const glm::vec3& light,
+                   const ResponseCorrection& correction,
+                   double share_of_corner);
+
+}  // namespace pleinair
