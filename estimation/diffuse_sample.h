@@ -19,6 +19,9 @@ struct DiffuseSample {
   glm::dvec3 radiance_rgb{0.0};
   glm::dvec3 sun_transport_rgb{0.0};  // albedo / pi * SunResponse
   std::array<glm::dvec3, kMaxSkyShapes> sky_transport_rgb{};
+  // Its albedo where a survey has measured it; else 0. Known to the fit of the light only to tell a
+  // pattern on a surface from light.
+  glm::dvec3 measured_albedo_rgb{0.0};
   glm::dvec3 radiance_stddev_rgb{0.0};  // From the camera's noise only; 0 where negligible.
   double weight = 1.0;                  // Share of an ordinary sample's information; 0 leaves out.
   // Samples of one plane (region and facing; lit and shaded) share a part of their model's error.

@@ -62,6 +62,9 @@ void LightingFitter::Impl::Load(std::span<const DiffuseSample> samples,
   if (camera_errors.size() != problem.error_count) {
     camera_errors = ErrorVector::Zero(problem.error_count);
   }
+  if (const auto& error = problem.vignetting; error.place >= 0) {
+    camera_errors[error.place] = error.mean;
+  }
   // The last one was what differed from another exponent.
   if (problem.exponent_stddev > 0.0) camera_errors[problem.error_count - 1] = 0.0;
   LoadPrior(prior);
@@ -185,6 +188,9 @@ Evidence LightingFitter::Impl::WithErrors() const {
     evidence.gradient.tail(errors) += gradient.tail(errors);
   }
   if (errors > 0) evidence.gradient[unknowns + errors - 1] += problem.exponent_mean;
+  if (const auto& error = problem.vignetting; error.place >= 0) {
+    evidence.gradient[unknowns + error.place] += error.mean;
+  }
   return evidence;
 }
 

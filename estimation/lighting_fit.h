@@ -39,8 +39,11 @@ struct LightingFit {
   // Covariance of sun and entire sky from the samples and the shapes' prior; large where these do
   // not determine them.
   SunAndSkyMatrix data_covariance;
-  // LightingPrior::camera as fitted, prior included: a share of the mean picture, and g.
+  // LightingPrior::camera as fitted, prior included: a share of the mean picture, a share of the
+  // light in the corners, and g.
   double veil = 0.0;
+  double vignetting = 0.0;
+  double vignetting_stddev = 0.0;
   double exponent = 0.0;
   double exponent_stddev = 0.0;
   // Factor of the camera's errors on light as bright as the samples': 1 without errors.

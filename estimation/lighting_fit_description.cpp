@@ -147,13 +147,21 @@ void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
   if (problem.error_count == 0) return;
   const int unknowns = problem.UnknownCount();
   if (camera.veil_stddev > 0.0) fit.veil = camera.veil_stddev * camera_errors[0];
-  if (!(camera.exponent_stddev > 0.0)) return;
   LightMatrix normal = with_errors.normal;
   normal.topLeftCorner(unknowns, unknowns) += prior_information + mixture.Information();
-  const int last = problem.error_count - 1;
-  fit.exponent = problem.removed_exponent + camera.exponent_stddev * camera_errors[last];
-  fit.exponent_stddev =
-      camera.exponent_stddev * std::sqrt(InverseOf(normal)(unknowns + last, unknowns + last));
+  const LightMatrix covariance = InverseOf(normal);
+  const auto deviation_of = [&](int error) {
+    return std::sqrt(covariance(unknowns + error, unknowns + error));
+  };
+  if (const auto& error = problem.vignetting; error.place >= 0) {
+    fit.vignetting = error.stddev * camera_errors[error.place];
+    fit.vignetting_stddev = error.stddev * deviation_of(error.place);
+  }
+  if (camera.exponent_stddev > 0.0) {
+    const int last = problem.error_count - 1;
+    fit.exponent = problem.removed_exponent + camera.exponent_stddev * camera_errors[last];
+    fit.exponent_stddev = camera.exponent_stddev * deviation_of(last);
+  }
 }
 
 void LightingFitter::Impl::Describe(const LightingPrior& prior,

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <glm/vec3.hpp>
 
+#include "calib/response_correction.h"
 #include "estimation/diffuse_sample.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
@@ -16,7 +17,7 @@
 namespace pleinair {
 
 inline constexpr int kMaxLightUnknowns = 3 * (1 + kMaxSkyShapes);
-inline constexpr int kMaxCameraErrors = 2;  // CameraErrors: a veil and an exponent.
+inline constexpr int kMaxCameraErrors = 4;  // CameraErrors.
 inline constexpr int kMaxFitUnknowns = kMaxLightUnknowns + kMaxCameraErrors;
 
 // Over (sun RGB, sky[0] RGB, sky[1] RGB, ...), Lighting::covariance's order. Never on the heap.
@@ -30,10 +31,20 @@ struct CameraErrors {
   // the picture's mean radiance.
   glm::dvec3 mean_radiance_rgb{0.0};
   double veil_stddev = 0.0;
+  // Share of light that is lost in the picture's corners, elsewhere with the square of the distance
+  // from the centre.
+  double vignetting = 0.0;
+  double vignetting_stddev = 0.0;
+  LensCircle lens_circle;
   // The g of a response curve that differs from the stated one:
   //   recorded / white = (radiance / white)^(1 + g).
   double exponent = 0.0;
   double exponent_stddev = 0.0;
+  // Standard deviation of the share of a measured pattern's contrast that the picture lacks. A
+  // pattern that lies beside its place, by an error of pose, mesh or north, explains only a part of
+  // the picture's contrast (Fuller 1987, section 1.1). Without this unknown,
+  // the response would seem flat.
+  double pattern_stddev = 0.0;
   double white_radiance = 1.0;  // > 0. Any value where the exposure is not known.
 };
 

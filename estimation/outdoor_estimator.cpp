@@ -194,6 +194,20 @@ double TrustIn(const LightingFit& fit, double trusted_residual) {
   return ratio * ratio;
 }
 
+ResponseCorrection CorrectionOf(const CameraErrors& camera, const LightingFit& fit) {
+  // Not even the widest lens has corners much darker, or brighter.
+  constexpr double kMostVignetting = 0.6;
+  ResponseCorrection correction{
+      .unit_rgb = fit.picture_over_light_rgb,
+      .vignetting = std::clamp(fit.vignetting, -kMostVignetting, kMostVignetting),
+      .exponent = fit.exponent};
+  // Before the exponent, as light is.
+  const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb, glm::dvec3(0.0));
+  correction.veil_rgb =
+      std::max(fit.veil, 0.0) * glm::pow(mean, glm::dvec3(1.0 / (1.0 + fit.exponent)));
+  return correction;
+}
+
 void Describe(const OutdoorConditions& conditions,
               const LightingFit& fit,
               double climate_gain,
@@ -202,6 +216,9 @@ void Describe(const OutdoorConditions& conditions,
   lighting.time = conditions.time;
   lighting.sun.direction_enu = conditions.sun.direction_enu;
   lighting.sun.angular_radius_rad = conditions.sun.angular_radius_rad;
+  if (conditions.camera.exponent_stddev > 0.0) {
+    estimate.response = CorrectionOf(conditions.camera, fit);
+  }
   // In the picture's own units, so that what is drawn into it fits it.
   const glm::dvec3& unit = fit.picture_over_light_rgb;
   LightVector light = fit.irradiance_rgb;
@@ -297,7 +314,10 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     belief_.reset();
     climate_gain_ = expectation.climate_gain;
   }
-  LearnResponse(expectation.prior.camera, fit, conditions.time);
+  // Where the model does not fit, anything may look like a response.
+  if (!(fit.relative_residual > trusted_residual)) {
+    LearnResponse(expectation.prior.camera, fit, conditions.time);
+  }
   MarkRejected(fit, samples);
   LightingEstimate estimate;
   estimate.units = conditions.units;
@@ -364,8 +384,11 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
   expectation.prior.albedo_stddev = conditions.plane_albedo_stddev;
   expectation.prior.camera = conditions.camera;
   if (response_ && conditions.camera.exponent_stddev > 0.0) {
-    expectation.prior.camera.exponent = response_->exponent;
-    expectation.prior.camera.exponent_stddev = std::sqrt(response_->variance);
+    CameraErrors& camera = expectation.prior.camera;
+    camera.vignetting = response_->vignetting.value;
+    camera.vignetting_stddev = response_->vignetting.stddev;
+    camera.exponent = response_->exponent.value;
+    camera.exponent_stddev = response_->exponent.stddev;
   }
   if (conditions.held) {
     HoldIrradiance(conditions.held->sun_rgb, conditions.held->sky_rgb, expectation.prior);
@@ -387,15 +410,26 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
                                   Seconds(response_->time.time_since_epoch()).count());
     part = std::min(1.0, gap_s / kOtherLightS);
   }
-  const double before = 1.0 / (expected.exponent_stddev * expected.exponent_stddev);
-  const double after = 1.0 / (fit.exponent_stddev * fit.exponent_stddev);
-  const double information = before + part * std::max(0.0, after - before);
+  response_ = Response{
+      LearnFrom({expected.vignetting, expected.vignetting_stddev},
+                {fit.vignetting, fit.vignetting_stddev},
+                part),
+      LearnFrom(
+          {expected.exponent, expected.exponent_stddev}, {fit.exponent, fit.exponent_stddev}, part),
+      time};
+}
+
+OutdoorEstimator::Learned OutdoorEstimator::LearnFrom(const Learned& before,
+                                                      const Learned& after,
+                                                      double part) {
+  const double known = 1.0 / (before.stddev * before.stddev);
+  const double found = 1.0 / (after.stddev * after.stddev);
+  const double information = known + part * std::max(0.0, found - known);
   const double weighted =
-      before * expected.exponent + part * (after * fit.exponent - before * expected.exponent);
+      known * before.value + part * (found * after.value - known * before.value);
   // Errors of albedo that depend on brightness look like a response, the same in every frame.
   constexpr double kLeastStddev = 0.005;
-  response_ = Response{
-      weighted / information, std::max(1.0 / information, kLeastStddev * kLeastStddev), time};
+  return {weighted / information, std::max(1.0 / std::sqrt(information), kLeastStddev)};
 }
 
 void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit, double trust) {

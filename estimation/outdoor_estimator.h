@@ -52,11 +52,16 @@ class OutdoorEstimator {
   ClearSkyExpectation last_clear_sky_;  // That belief_ holds under.
   double climate_gain_ = 1.0;
   // The camera's response as learned from earlier pictures, and the time of the last one.
+  struct Learned {
+    double value = 0.0;
+    double stddev = 0.0;
+  };
   struct Response {
-    double exponent = 0.0;
-    double variance = 0.0;
+    Learned vignetting;
+    Learned exponent;
     UtcTime time{};
   };
+  static Learned LearnFrom(const Learned& before, const Learned& after, double part);
   std::optional<Response> response_;
 
   struct Expectation {

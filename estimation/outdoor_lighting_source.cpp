@@ -36,6 +36,11 @@ constexpr double kVeilOfUnknown = 0.015;
 // (docs/weather.md); a wider deviation would explain faults of the mesh. A stated exposure comes
 // with a response.
 constexpr double kExponentOfUnknown = 0.05;
+// Share of light that such a camera loses in the corners, beyond what it corrects itself.
+constexpr double kVignettingOfUnknown = 0.1;
+constexpr double kVignettingOfUnknownStddev = 0.1;
+// Share of a pattern's contrast that is lost where it lies beside its place.
+constexpr double kPatternOfUnknown = 0.2;
 
 // Over pixels on a raster: a veil need not be known better than by some per cent.
 glm::dvec3 MeanRadiance(const RgbImage& radiance) {
@@ -58,7 +63,14 @@ CameraErrors ErrorsOf(const Frame& frame) {
   CameraErrors errors;
   errors.mean_radiance_rgb = MeanRadiance(frame.radiance);
   errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
-  errors.exponent_stddev = frame.codes && is_unknown ? kExponentOfUnknown : 0.0;
+  if (frame.codes && is_unknown) {
+    errors.exponent_stddev = kExponentOfUnknown;
+    errors.pattern_stddev = kPatternOfUnknown;
+    errors.vignetting = kVignettingOfUnknown;
+    errors.vignetting_stddev = kVignettingOfUnknownStddev;
+    errors.lens_circle =
+        LensCircle::Of(frame.camera.intrinsics.width_px, frame.camera.intrinsics.height_px);
+  }
   return errors;
 }
 

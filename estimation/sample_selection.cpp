@@ -457,6 +457,7 @@ class SampleDraw {
         for (int c = 0; c < 3; ++c) {
           footprint.direct[static_cast<std::size_t>(c)] += reflectance[c] * sun_seen;
         }
+        if (measured) footprint.measured_albedo += std::numbers::pi * reflectance;
         footprint.bounce += reflectance * glm::dvec3(view_.sun_bounce.pixels[pixel]);
         for (std::size_t k = 0; k < view_.sky_response.size(); ++k) {
           footprint.sky[k] += reflectance * glm::dvec3(view_.sky_response[k].pixels[pixel]);
@@ -467,6 +468,7 @@ class SampleDraw {
     const double share = 1.0 / count;
     for (glm::dvec3& direct : footprint.direct) direct *= share;
     footprint.bounce *= share;
+    footprint.measured_albedo *= share;
     for (glm::dvec3& sky : footprint.sky) sky *= share;
     return true;
   }
@@ -579,6 +581,7 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
       sample.sun_transport_rgb[c] = direct + footprint.bounce[c];
     }
     sample.sky_transport_rgb = footprint.sky;
+    sample.measured_albedo_rgb = footprint.measured_albedo;
     sample.weight = footprint.weight;
     sample.plane = footprint.plane;
     sample.is_lit = footprint.is_lit;

@@ -107,6 +107,7 @@ class SampleSet {
     std::array<glm::dvec3, 3> direct{};
     glm::dvec3 bounce{0.0};
     std::array<glm::dvec3, kMaxSkyShapes> sky{};
+    glm::dvec3 measured_albedo{0.0};  // 0 where it is not.
   };
 
   static void Prefetch(const Footprint& footprint,

@@ -107,7 +107,12 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
   for (int c = 0; c < 3; ++c) veil[c] *= factor_without_exponent(camera.mean_radiance_rgb[c]);
   const bool has_veil = std::max({veil.x, veil.y, veil.z}) > 0.0;
-  error_count = (has_veil ? 1 : 0) + (exponent_stddev > 0.0 ? 1 : 0);
+  error_count = has_veil ? 1 : 0;
+  const auto place_if = [this](double stddev) { return stddev > 0.0 ? error_count++ : -1; };
+  vignetting = {.place = place_if(camera.vignetting_stddev), .stddev = camera.vignetting_stddev};
+  if (vignetting.place >= 0) vignetting.mean = camera.vignetting / vignetting.stddev;
+  pattern = {.place = place_if(camera.pattern_stddev), .stddev = camera.pattern_stddev};
+  if (exponent_stddev > 0.0) ++error_count;
   order_.clear();
   for (const DiffuseSample& sample : samples) {
     const unsigned channels = UsableChannels(sample, sky_shapes, has_sun);
@@ -129,6 +134,7 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   transport.assign(values * static_cast<std::size_t>(ColumnCount()), 0.0);
   plane.resize(order_.size());
   source.resize(order_.size());
+  corner_share.resize(order_.size());
   double* row = transport.data();
   plane_count = 0;
   for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -136,6 +142,7 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     if (i == 0 || sample.plane != order_[i - 1].sample->plane) ++plane_count;
     plane[i] = plane_count - 1;
     source[i] = static_cast<std::int32_t>(order_[i].sample - samples.data());
+    corner_share[i] = camera.lens_circle.ShareOfCorner(glm::dvec2(sample.pixel) + 0.5);
     for (int c = 0; c < 3; ++c) {
       const bool usable = (order_[i].channels >> c & 1u) != 0;
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);
@@ -153,10 +160,31 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     }
   }
   FindTrends();
+  if (pattern.place >= 0) FillLogAlbedo();
   DivideIntoCells(kForNoise);
   ChooseUnits(prior.scale_rgb);
   white = camera.white_radiance / radiance_unit;
   if (has_veil) FillVeilColumn(veil);
+}
+
+void FitProblem::FillLogAlbedo() {
+  log_albedo.assign(radiance.size(), 0.0);
+  for (std::size_t first = 0; first < order_.size();) {
+    std::size_t last = first;
+    while (last < order_.size() && plane[last] == plane[first]) ++last;
+    for (int c = 0; c < 3; ++c) {
+      const auto albedo = [&](std::size_t i) { return order_[i].sample->measured_albedo_rgb[c]; };
+      Mean mean;
+      for (std::size_t i = first; i < last; ++i) {
+        if (albedo(i) > 0.0) mean.Add(std::log(albedo(i)));
+      }
+      for (std::size_t i = first; i < last; ++i) {
+        if (!(albedo(i) > 0.0)) continue;
+        log_albedo[i * 3 + static_cast<std::size_t>(c)] = std::log(albedo(i)) - mean.Value();
+      }
+    }
+    first = last;
+  }
 }
 
 double FitProblem::InPicture(std::size_t v) const {
@@ -173,9 +201,19 @@ void FitProblem::FillVeilColumn(const glm::dvec3& veil_rgb) {
   }
 }
 
-void FitProblem::SetExponentColumn(std::span<const double> predicted) {
-  if (!(exponent_stddev > 0.0)) return;
+void FitProblem::SetResponseColumns(std::span<const double> predicted) {
   const auto columns = static_cast<std::size_t>(ColumnCount());
+  const auto set = [&](const CameraError& error, const auto& less) {
+    if (error.place < 0) return;
+    const auto column = static_cast<std::size_t>(basis_count + error.place);
+    for (std::size_t v = 0; v < weight.size(); ++v) {
+      transport[v * columns + column] =
+          weight[v] > 0.0 ? -error.stddev * less(v) * predicted[v] : 0.0;
+    }
+  };
+  set(vignetting, [this](std::size_t v) { return corner_share[v / 3]; });
+  set(pattern, [this](std::size_t v) { return log_albedo[v]; });
+  if (!(exponent_stddev > 0.0)) return;
   for (std::size_t v = 0; v < weight.size(); ++v) {
     transport[v * columns + columns - 1] =
         weight[v] > 0.0 && predicted[v] > 0.0

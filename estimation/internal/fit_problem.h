@@ -28,6 +28,13 @@ struct FitProblem {
   int basis_count = 0;
   // Errors of the camera, common to all channels, as unknowns of unit variance. The veil is the
   // first, the exponent the last.
+  struct CameraError {
+    int place = -1;  // Among the errors; below 0: not an unknown.
+    double stddev = 0.0;
+    double mean = 0.0;  // That the prior expects, in deviations.
+  };
+  CameraError vignetting;
+  CameraError pattern;
   int error_count = 0;
   double exponent_stddev = 0.0;  // 0: the exponent is not an unknown.
   glm::dvec3 white{1.0};  // In the fit's units: the radiance that a wrong exponent does not change.
@@ -47,7 +54,10 @@ struct FitProblem {
   std::vector<double> weight;  // 0 where the channel cannot be used.
   std::vector<double> transport;
   std::vector<std::int32_t> source;  // Per sample: its index in what was loaded.
-  std::vector<std::int32_t> plane;   // Per sample, 0 .. plane_count - 1; ascending.
+  std::vector<double> corner_share;  // Per sample: LensCircle::ShareOfCorner.
+  // Per sample and channel: ln(albedo) less its plane's mean; 0 where the albedo is not measured.
+  std::vector<double> log_albedo;
+  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1; ascending.
   // Per sample: neighbours in the picture on one plane. A plane has a few cells of about equal
   // numbers of samples; one where it has few samples or they have no place.
   std::vector<std::int32_t> cell;
@@ -68,8 +78,9 @@ struct FitProblem {
   // Radiance v as the picture has it, with the exponent that was taken out.
   double InPicture(std::size_t v) const;
 
-  // Refreshes the exponent's column: predicted ln(predicted / white), per sample and channel.
-  void SetExponentColumn(std::span<const double> predicted);
+  // Refreshes the columns of errors in proportion to what is predicted, per sample and channel: the
+  // vignetting, the pattern, and the exponent with predicted ln(predicted / white).
+  void SetResponseColumns(std::span<const double> predicted);
 
   int ColumnCount() const { return basis_count + error_count; }
   int UnknownCount() const { return 3 * basis_count; }
@@ -119,6 +130,7 @@ struct FitProblem {
   double SunShare(std::size_t sample) const;
   void Divide(std::int32_t in_plane, std::span<Place> places, const Division& division);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
+  void FillLogAlbedo();
   void FillVeilColumn(const glm::dvec3& veil_rgb);
 };
 

@@ -28,9 +28,13 @@ void WithColumns(int column_count, Loops&& loops) {
       return loops.template operator()<6>();
     case 7:
       return loops.template operator()<7>();
-    default:
-      static_assert(kMaxColumns == 8);
+    case 8:
       return loops.template operator()<8>();
+    case 9:
+      return loops.template operator()<9>();
+    default:
+      static_assert(kMaxColumns == 10);
+      return loops.template operator()<10>();
   }
 }
 
@@ -104,7 +108,7 @@ void Reweighting::Standardise(FitProblem& problem,
   deviation_.resize(count);
   shade_.resize(count);
   WithColumns(problem.ColumnCount(), [&]<int kColumns>() { Predict<kColumns>(problem, guess.x); });
-  problem.SetExponentColumn(residual_);
+  problem.SetResponseColumns(residual_);
   const auto columns = static_cast<std::size_t>(problem.ColumnCount());
   const auto errors = static_cast<std::size_t>(problem.error_count);
   // Roots and quotients cost the most: several at a time.
@@ -459,7 +463,8 @@ void Reweighting::Whiten(const FitProblem& problem) {
 }
 
 BasisMatrix Reweighting::CrossNormal(int c, int d) const {
-  BasisMatrix cross;
+  const Eigen::Index columns = normal_[0].rows();
+  BasisMatrix cross(columns, columns);
   const auto add = [&]<int kColumns>() {
     using Row = Eigen::Matrix<double, kColumns, 1>;
     Eigen::Matrix<double, kColumns, kColumns> sum =
@@ -469,9 +474,9 @@ BasisMatrix Reweighting::CrossNormal(int c, int d) const {
     for (std::size_t i = 0; i < weight_.size(); ++i, row_c += kColumns, row_d += kColumns) {
       sum.noalias() += Eigen::Map<const Row>(row_c) * Eigen::Map<const Row>(row_d).transpose();
     }
-    cross = correlation_(c, d) * sum;
+    Eigen::Map<Eigen::Matrix<double, kColumns, kColumns>>(cross.data()) = correlation_(c, d) * sum;
   };
-  WithColumns(static_cast<int>(normal_[0].rows()), add);
+  WithColumns(static_cast<int>(columns), add);
   return cross;
 }
 

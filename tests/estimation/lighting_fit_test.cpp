@@ -567,6 +567,62 @@ TEST(LightingFit, FindsAResponseThatIsNotTheStatedOne) {
   }
 }
 
+// A lens that loses a quarter of the light in the corners, in pictures whose surfaces lie anywhere.
+TEST(LightingFit, FindsTheVignetting) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.03;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  LightingPrior prior = LightingPrior::Nothing(1);
+  prior.camera.vignetting_stddev = 0.1;
+  prior.camera.lens_circle = LensCircle::Of(480, 360);
+  for (DiffuseSample& sample : samples) {
+    const glm::dvec2 place_px = glm::dvec2(sample.pixel) + 0.5;
+    sample.radiance_rgb *= 1.0 - 0.25 * prior.camera.lens_circle.ShareOfCorner(place_px);
+  }
+  const LightingFit fit = FitLighting(samples, prior, true);
+  EXPECT_NEAR(fit.vignetting, 0.25, 3.0 * fit.vignetting_stddev);
+  EXPECT_LT(fit.vignetting_stddev, 0.02);
+  // Light is that at the centre.
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(fit.irradiance_rgb[c] / scene.sun[c], 1.0, 0.02);
+    EXPECT_NEAR(fit.irradiance_rgb[3 + c] / scene.sky[c], 1.0, 0.05);
+  }
+  // Known beforehand, it is taken from what is known.
+  prior.camera.vignetting = 0.1;
+  prior.camera.vignetting_stddev = 1e-4;
+  EXPECT_NEAR(FitLighting(samples, prior, true).vignetting, 0.1, 1e-3);
+}
+
+// Half of a surveyed pattern's contrast is elsewhere in the picture, as where north is off by a
+// degree: that is no flat response. One that is flat all the same is found.
+TEST(LightingFit, TakesADisplacedPatternForNoResponse) {
+  SyntheticScene scene;
+  std::vector<DiffuseSample> displaced = MakeSamples(scene);
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> pattern(0.0, 0.2);
+  for (DiffuseSample& sample : displaced) {
+    const double here = pattern(random);
+    const double elsewhere = pattern(random);
+    sample.measured_albedo_rgb = glm::dvec3(0.3 * std::exp(here + elsewhere));
+    const double measured = std::exp(here + elsewhere);
+    sample.sun_transport_rgb *= measured;
+    sample.sky_transport_rgb[0] *= measured;
+    sample.radiance_rgb *= std::exp(here + pattern(random));
+  }
+  std::vector<DiffuseSample> flat = displaced;
+  const double white = 400.0;
+  Flatten(flat, white);
+  LightingPrior prior = LightingPrior::Nothing(1);
+  prior.camera.exponent_stddev = 0.05;
+  prior.camera.white_radiance = white;
+  const double misled = FitLighting(displaced, prior, true).exponent;
+  EXPECT_LT(misled, -0.05);
+  prior.camera.pattern_stddev = 0.2;
+  EXPECT_NEAR(FitLighting(displaced, prior, true).exponent, 0.0, 0.35 * std::abs(misled));
+  const LightingFit fit = FitLighting(flat, prior, true);
+  EXPECT_NEAR(fit.exponent, -0.1, 3.0 * fit.exponent_stddev);
+}
+
 // In a dark picture the first order of an exponent is far off: the fit repeats it about what it
 // found.
 TEST(LightingFit, FindsAResponseOfADarkPicture) {
