@@ -27,12 +27,13 @@ bool ResponseCorrection::IsNone() const {
 glm::vec3 Recorded(const glm::vec3& light,
                    const ResponseCorrection& correction,
                    double share_of_corner) {
+  const double white = correction.white_radiance;
   const glm::dvec3 seen = (glm::dvec3(light) / correction.unit_rgb + correction.veil_rgb) *
-                          (1.0 - correction.vignetting * share_of_corner);
+                          (1.0 - correction.vignetting * share_of_corner) / white;
   glm::vec3 recorded(0.0f);
   for (int c = 0; c < 3; ++c) {
     if (seen[c] > 0.0)
-      recorded[c] = static_cast<float>(std::pow(seen[c], 1.0 + correction.exponent));
+      recorded[c] = static_cast<float>(white * std::pow(seen[c], 1.0 + correction.exponent));
   }
   return recorded;
 }
@@ -44,6 +45,7 @@ RgbImage LightOf(const Rgb8Image& codes,
   for (int c = 0; c < 3; ++c) {
     for (std::size_t code = 0; code < 256; ++code) {
       seen_of_code[static_cast<std::size_t>(c)][code] =
+          correction.white_radiance *
           std::pow(double{response.LinearOfCode(c)[code]}, 1.0 / (1.0 + correction.exponent));
     }
   }

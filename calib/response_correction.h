@@ -19,11 +19,14 @@ struct LensCircle {
   double ShareOfCorner(const glm::dvec2& place_px) const;
 };
 
-// From radiance to what is recorded as such, both in the units of a picture whose white is 1:
-//   recorded = ((light / unit + veil) (1 - vignetting ShareOfCorner))^(1 + exponent).
+// From radiance to what is recorded as such, in one unit:
+//   recorded = white (((light / unit + veil) (1 - vignetting ShareOfCorner)) / white)^(1 +
+//   exponent).
 // Shadows and objects are computed with light, and recorded as the camera would have recorded them.
 struct ResponseCorrection {
-  // Light as bright as what the picture shows is recorded as it is; > 0.
+  double white_radiance = 1.0;  // 1 over the exposure; 1 where that is unknown.
+  // Where the exposure is unknown: so that light as bright as what the picture shows is recorded as
+  // it is; > 0.
   glm::dvec3 unit_rgb{1.0};
   glm::dvec3 veil_rgb{0.0};  // Added everywhere: haze, flare, a wrong black level.
   double vignetting = 0.0;   // Share of light that is lost in the corners; < 1.
@@ -32,7 +35,7 @@ struct ResponseCorrection {
   bool IsNone() const;
 };
 
-// Returns the light of a picture of unknown exposure; black where it is darker than the veil.
+// Returns the light of a picture; black where it is darker than the veil.
 RgbImage LightOf(const Rgb8Image& codes,
                  const ResponseCurve& response,
                  const ResponseCorrection& correction);

@@ -53,8 +53,7 @@ struct LightingObservation {
 struct LightingEstimate {
   Lighting lighting;
   LightUnits units = LightUnits::kAbsolute;
-  // Of the frame's codes, where their exposure is unknown: `lighting` is light, not what is
-  // recorded of it.
+  // Of the frame's codes: `lighting` is light, not what is recorded of it.
   ResponseCorrection response;
   // Since the last frame; only for light that is relative per frame.
   ExposureChange exposure_change;

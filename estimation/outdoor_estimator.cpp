@@ -194,17 +194,21 @@ double TrustIn(const LightingFit& fit, double trusted_residual) {
   return ratio * ratio;
 }
 
-ResponseCorrection CorrectionOf(const CameraErrors& camera, const LightingFit& fit) {
+ResponseCorrection CorrectionOf(const CameraErrors& camera,
+                                const LightingFit& fit,
+                                const glm::dvec3& unit_rgb) {
   // Not even the widest lens has corners much darker, or brighter.
   constexpr double kMostVignetting = 0.6;
   ResponseCorrection correction{
-      .unit_rgb = fit.picture_over_light_rgb,
+      .white_radiance = camera.white_radiance,
+      .unit_rgb = unit_rgb,
       .vignetting = std::clamp(fit.vignetting, -kMostVignetting, kMostVignetting),
       .exponent = fit.exponent};
   // Before the exponent, as light is.
-  const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb, glm::dvec3(0.0));
+  const double white = camera.white_radiance;
+  const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));
   correction.veil_rgb =
-      std::max(fit.veil, 0.0) * glm::pow(mean, glm::dvec3(1.0 / (1.0 + fit.exponent)));
+      std::max(fit.veil, 0.0) * white * glm::pow(mean, glm::dvec3(1.0 / (1.0 + fit.exponent)));
   return correction;
 }
 
@@ -216,11 +220,12 @@ void Describe(const OutdoorConditions& conditions,
   lighting.time = conditions.time;
   lighting.sun.direction_enu = conditions.sun.direction_enu;
   lighting.sun.angular_radius_rad = conditions.sun.angular_radius_rad;
+  // Without an exposure in the picture's own units: light as bright as what it shows is as it is.
+  const bool is_relative = conditions.units == LightUnits::kRelativePerFrame;
+  const glm::dvec3 unit = is_relative ? fit.picture_over_light_rgb : glm::dvec3(1.0);
   if (conditions.camera.exponent_stddev > 0.0) {
-    estimate.response = CorrectionOf(conditions.camera, fit);
+    estimate.response = CorrectionOf(conditions.camera, fit, unit);
   }
-  // In the picture's own units, so that what is drawn into it fits it.
-  const glm::dvec3& unit = fit.picture_over_light_rgb;
   LightVector light = fit.irradiance_rgb;
   for (Eigen::Index u = 0; u < light.size(); ++u) light[u] *= unit[static_cast<int>(u % 3)];
   lighting.sun.irradiance_rgb = {light[0], light[1], light[2]};

@@ -32,15 +32,17 @@ constexpr double kLeastShareInView = 0.85;
 constexpr double kVeilOfLinear = 0.0005;
 constexpr double kVeilOfStated = 0.005;
 constexpr double kVeilOfUnknown = 0.015;
-// Exponent of the response of a camera of which nothing is known. Real ones may have more
-// (docs/weather.md); a wider deviation would explain faults of the mesh. A stated exposure comes
-// with a response.
+// Exponent of the response, of a camera that states its exposure and of one of which nothing is
+// known. Real ones may have more (docs/weather.md); a wider deviation would explain faults of the
+// mesh.
+constexpr double kExponentOfStated = 0.02;
 constexpr double kExponentOfUnknown = 0.05;
-// Share of light that such a camera loses in the corners, beyond what it corrects itself.
+// Share of light that these lose in the corners, beyond what they correct themselves.
+constexpr double kVignettingOfStated = 0.03;
 constexpr double kVignettingOfUnknown = 0.1;
 constexpr double kVignettingOfUnknownStddev = 0.1;
 // Share of a pattern's contrast that is lost where it lies beside its place.
-constexpr double kPatternOfUnknown = 0.2;
+constexpr double kPattern = 0.2;
 
 // Over pixels on a raster: a veil need not be known better than by some per cent.
 glm::dvec3 MeanRadiance(const RgbImage& radiance) {
@@ -63,11 +65,12 @@ CameraErrors ErrorsOf(const Frame& frame) {
   CameraErrors errors;
   errors.mean_radiance_rgb = MeanRadiance(frame.radiance);
   errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
-  if (frame.codes && is_unknown) {
-    errors.exponent_stddev = kExponentOfUnknown;
-    errors.pattern_stddev = kPatternOfUnknown;
-    errors.vignetting = kVignettingOfUnknown;
-    errors.vignetting_stddev = kVignettingOfUnknownStddev;
+  if (frame.codes) {
+    errors.exponent_stddev = is_unknown ? kExponentOfUnknown : kExponentOfStated;
+    errors.white_radiance = 1.0 / frame.exposure.value_or(1.0);
+    errors.pattern_stddev = kPattern;
+    errors.vignetting = is_unknown ? kVignettingOfUnknown : 0.0;
+    errors.vignetting_stddev = is_unknown ? kVignettingOfUnknownStddev : kVignettingOfStated;
     errors.lens_circle =
         LensCircle::Of(frame.camera.intrinsics.width_px, frame.camera.intrinsics.height_px);
   }
