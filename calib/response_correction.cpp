@@ -5,9 +5,21 @@
 
 #include <tbb/parallel_for.h>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 namespace pleinair {
+namespace {
+
+// Light of what is seen of it through lens and veil.
+glm::dvec3 Unveiled(const glm::dvec3& seen,
+                    const ResponseCorrection& correction,
+                    double share_of_corner) {
+  const double kept = 1.0 - correction.vignetting * share_of_corner;
+  return glm::max(seen / kept - correction.veil_rgb, glm::dvec3(0.0)) * correction.unit_rgb;
+}
+
+}  // namespace
 
 LensCircle LensCircle::Of(int width_px, int height_px) {
   const glm::dvec2 centre_px = 0.5 * glm::dvec2(width_px, height_px);
@@ -32,10 +44,20 @@ glm::vec3 Recorded(const glm::vec3& light,
                           (1.0 - correction.vignetting * share_of_corner) / white;
   glm::vec3 recorded(0.0f);
   for (int c = 0; c < 3; ++c) {
-    if (seen[c] > 0.0)
+    if (!(seen[c] <= 0.0))
       recorded[c] = static_cast<float>(white * std::pow(seen[c], 1.0 + correction.exponent));
   }
   return recorded;
+}
+
+glm::dvec3 LightOf(const glm::dvec3& recorded,
+                   const ResponseCorrection& correction,
+                   double share_of_corner) {
+  const double white = correction.white_radiance;
+  const glm::dvec3 share_of_white = glm::max(recorded / white, glm::dvec3(0.0));
+  const glm::dvec3 seen =
+      white * glm::pow(share_of_white, glm::dvec3(1.0 / (1.0 + correction.exponent)));
+  return Unveiled(seen, correction, share_of_corner);
 }
 
 RgbImage LightOf(const Rgb8Image& codes,
@@ -56,9 +78,8 @@ RgbImage LightOf(const Rgb8Image& codes,
       const glm::u8vec3& code = codes.At(x, y);
       const glm::dvec3 seen(
           seen_of_code[0][code.x], seen_of_code[1][code.y], seen_of_code[2][code.z]);
-      const double kept = 1.0 - correction.vignetting * circle.ShareOfCorner({x + 0.5, y + 0.5});
-      const glm::dvec3 of_surface = glm::max(seen / kept - correction.veil_rgb, glm::dvec3(0.0));
-      light.At(x, y) = glm::vec3(of_surface * correction.unit_rgb);
+      const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
+      light.At(x, y) = glm::vec3(Unveiled(seen, correction, share));
     }
   });
   return light;

@@ -9,7 +9,8 @@
 
 namespace pleinair {
 
-// The circle through a picture's corners, pixels. A lens loses light towards it.
+// The circle through a picture's corners, pixels from its upper left corner: a pixel's centre is at
+// its coordinates plus a half. A lens loses light towards the circle.
 struct LensCircle {
   glm::dvec2 centre_px{0.0};
   double radius_px = 1.0;  // > 0.
@@ -35,12 +36,16 @@ struct ResponseCorrection {
   bool IsNone() const;
 };
 
-// Returns the light of a picture; black where it is darker than the veil.
+// Returns the light of a pixel's recorded radiance; 0 where that is darker than the veil.
+glm::dvec3 LightOf(const glm::dvec3& recorded,
+                   const ResponseCorrection& correction,
+                   double share_of_corner);
+// The same of a picture.
 RgbImage LightOf(const Rgb8Image& codes,
                  const ResponseCurve& response,
                  const ResponseCorrection& correction);
 
-// The inverse, for one of the pixels of a picture of this size. `light` is finite.
+// The inverse, for a pixel.
 glm::vec3 Recorded(const glm::vec3& light,
                    const ResponseCorrection& correction,
                    double share_of_corner);

@@ -59,16 +59,18 @@ void LightingFitter::Impl::Load(std::span<const DiffuseSample> samples,
                                 bool sun_is_up,
                                 double exponent) {
   problem.Load(samples, prior, sun_is_up, exponent);
-  if (camera_errors.size() != problem.error_count) {
-    camera_errors = ErrorVector::Zero(problem.error_count);
-  }
-  if (const auto& error = problem.vignetting; error.place >= 0) {
-    camera_errors[error.place] = error.mean;
-  }
+  if (camera_errors.size() != problem.error_count) ExpectErrors();
   // The last one was what differed from another exponent.
   if (problem.exponent_stddev > 0.0) camera_errors[problem.error_count - 1] = 0.0;
   LoadPrior(prior);
   mixture.Load(prior, problem);
+}
+
+void LightingFitter::Impl::ExpectErrors() {
+  camera_errors = ErrorVector::Zero(problem.error_count);
+  if (const auto& error = problem.vignetting; error.place >= 0) {
+    camera_errors[error.place] = error.mean;
+  }
 }
 
 void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
@@ -239,7 +241,7 @@ LightVector LightingFitter::Impl::Begin() {
   }
   restarted = true;
   reweighting.Restart();
-  camera_errors.setZero();
+  ExpectErrors();
   return start.Find(problem, NoiseUnits(options), options.shared_error, options.seed);
 }
 
@@ -324,7 +326,7 @@ void LightingFitter::Impl::WeighAgainstHiddenSun(const LightingPrior& prior,
   if (start_with_sun.size() == 0) return;
   const ErrorVector errors = camera_errors;
   reweighting.Restart();
-  camera_errors.setZero();
+  ExpectErrors();
   LightingFit other = fit;
   const LightVector y = FitFrom(prior, std::move(start_with_sun), other);
   // Mostly the fit goes to the same sun from either start.

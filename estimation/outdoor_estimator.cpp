@@ -197,18 +197,19 @@ double TrustIn(const LightingFit& fit, double trusted_residual) {
 ResponseCorrection CorrectionOf(const CameraErrors& camera,
                                 const LightingFit& fit,
                                 const glm::dvec3& unit_rgb) {
-  // Not even the widest lens has corners much darker, or brighter.
+  // Not even the widest lens has corners much darker, and no lens brighter ones.
   constexpr double kMostVignetting = 0.6;
+  constexpr double kMostExponent = 0.5;
   ResponseCorrection correction{
       .white_radiance = camera.white_radiance,
       .unit_rgb = unit_rgb,
-      .vignetting = std::clamp(fit.vignetting, -kMostVignetting, kMostVignetting),
-      .exponent = fit.exponent};
+      .vignetting = std::clamp(fit.vignetting, 0.0, kMostVignetting),
+      .exponent = std::clamp(fit.exponent, -kMostExponent, kMostExponent)};
   // Before the exponent, as light is.
   const double white = camera.white_radiance;
   const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));
-  correction.veil_rgb =
-      std::max(fit.veil, 0.0) * white * glm::pow(mean, glm::dvec3(1.0 / (1.0 + fit.exponent)));
+  correction.veil_rgb = std::max(fit.veil, 0.0) * white *
+                        glm::pow(mean, glm::dvec3(1.0 / (1.0 + correction.exponent)));
   return correction;
 }
 
@@ -319,7 +320,8 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     belief_.reset();
     climate_gain_ = expectation.climate_gain;
   }
-  // Where the model does not fit, anything may look like a response.
+  // Where the model does not fit, anything may look like a response. It is drawn with all the same:
+  // light and response explain the picture together.
   if (!(fit.relative_residual > trusted_residual)) {
     LearnResponse(expectation.prior.camera, fit, conditions.time);
   }
@@ -427,6 +429,7 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
 OutdoorEstimator::Learned OutdoorEstimator::LearnFrom(const Learned& before,
                                                       const Learned& after,
                                                       double part) {
+  if (!(before.stddev > 0.0) || !(after.stddev > 0.0)) return before;
   const double known = 1.0 / (before.stddev * before.stddev);
   const double found = 1.0 / (after.stddev * after.stddev);
   const double information = known + part * std::max(0.0, found - known);

@@ -67,7 +67,7 @@ CameraErrors ErrorsOf(const Frame& frame) {
   errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
   if (frame.codes) {
     errors.exponent_stddev = is_unknown ? kExponentOfUnknown : kExponentOfStated;
-    errors.white_radiance = 1.0 / frame.exposure.value_or(1.0);
+    if (frame.exposure && *frame.exposure > 0.0) errors.white_radiance = 1.0 / *frame.exposure;
     errors.pattern_stddev = kPattern;
     errors.vignetting = is_unknown ? kVignettingOfUnknown : 0.0;
     errors.vignetting_stddev = is_unknown ? kVignettingOfUnknownStddev : kVignettingOfStated;

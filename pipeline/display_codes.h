@@ -25,7 +25,7 @@ double ChosenExposure(const Frame& frame);
 // Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.
 class DisplayCodes {
  public:
-  // Of light that `correction` makes of grey pixels; its veil is left out.
+  // Of light that `correction` makes of grey pixels; veil and vignetting are left out.
   // Throws std::invalid_argument for an exposure that is not positive and finite.
   DisplayCodes(const ResponseCurve& response,
                double exposure,

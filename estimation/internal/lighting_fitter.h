@@ -53,6 +53,8 @@ struct LightingFitter::Impl {
             const LightingPrior& prior,
             bool sun_is_up,
             double exponent);
+  // Sets the camera's errors to what the prior expects.
+  void ExpectErrors();
   void LoadPrior(const LightingPrior& prior);
   double BeamIn(const LightingPrior& prior, const LightVector& x) const;
   void AddShapePrior(const LightingPrior& prior, const LightVector& x);

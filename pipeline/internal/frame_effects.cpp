@@ -154,16 +154,16 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   const LightSteps steps = StepsOf(lit.frame);
   stage_.Light().BeginFrame(steps);
   Pose();
+  if (objects_.Objects().empty()) {
+    rendered.composite = Draw(lit, InputOf(lit, lit.frame.radiance), rendered.timing_ms);
+    rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
+    return rendered;
+  }
   std::optional<RgbImage> light;
   if (!lit.response.IsNone() && lit.frame.codes) {
     light = LightOf(*lit.frame.codes, options_.display_response, lit.response);
   }
   const RgbImage& radiance = light ? *light : lit.frame.radiance;
-  if (objects_.Objects().empty()) {
-    rendered.composite = Draw(lit, InputOf(lit, radiance), rendered.timing_ms);
-    rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
-    return rendered;
-  }
   Stopwatch watch;
   EffectFrame frame = Begin(lit, radiance, steps);
   double once_ms = 0.0;  // Part of planning, in the first frames only.
@@ -274,6 +274,7 @@ EffectFrame FrameEffects::Begin(const LitFrame& lit, const RgbImage& radiance, L
   Expose(lit);
   EffectFrame frame{lit.frame,
                     radiance,
+                    lit.response,
                     lit.view,
                     lit.view_builder.PixelSides(),
                     basis_,
@@ -347,10 +348,22 @@ Composite FrameEffects::Draw(const LitFrame& lit, const CompositeInput& input, S
     const LensCircle circle = LensCircle::Of(recorded.width, recorded.height);
     tbb::parallel_for(0, recorded.height, [&](int y) {
       for (int x = 0; x < recorded.width; ++x) {
+        const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
         glm::vec3& pixel = composite.radiance.At(x, y);
-        pixel = composite.change.At(x, y) == static_cast<std::uint8_t>(PixelChange::kNone)
-                    ? recorded.At(x, y)
-                    : Recorded(pixel, lit.response, circle.ShareOfCorner({x + 0.5, y + 0.5}));
+        switch (static_cast<PixelChange>(composite.change.At(x, y))) {
+          case PixelChange::kNone:
+            pixel = recorded.At(x, y);
+            break;
+          case PixelChange::kScaled:
+            // What is darker than the veil stays so.
+            pixel = Recorded(pixel, lit.response, share) + recorded.At(x, y) -
+                    Recorded(input.camera_radiance.At(x, y), lit.response, share);
+            pixel = glm::max(pixel, glm::vec3(0.0f));
+            break;
+          case PixelChange::kCovered:
+            pixel = Recorded(pixel, lit.response, share);
+            break;
+        }
       }
     });
   }

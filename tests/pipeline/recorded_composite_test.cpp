@@ -51,6 +51,44 @@ class RecordedComposite : public testing::Test {
   Compositor compositor_;
 };
 
+// As an 8-bit picture of unknown exposure.
+Frame RecordedOf(const Frame& light, const ResponseCorrection& response) {
+  Frame recorded = light;
+  const LensCircle circle = LensCircle::Of(light.radiance.width, light.radiance.height);
+  for (int y = 0; y < light.radiance.height; ++y) {
+    for (int x = 0; x < light.radiance.width; ++x) {
+      const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
+      recorded.radiance.At(x, y) = Recorded(light.radiance.At(x, y), response, share);
+    }
+  }
+  const ResponseCurve srgb = ResponseCurve::Srgb();
+  recorded.codes = CodesFromRadiance(recorded.radiance, srgb, 1.0);
+  recorded.radiance = RadianceFromCodes(*recorded.codes, srgb, 1.0);
+  recorded.units = LightUnits::kRelativePerFrame;
+  return recorded;
+}
+
+// What is darker than the veil is no brighter in a virtual shadow.
+TEST_F(RecordedComposite, BlackStaysBlackInAShadow) {
+  const ResponseCorrection response{.veil_rgb = glm::dvec3(0.03), .exponent = -0.1};
+  Frame frame = RecordedOf(stage_.MakeFrame(kSun, kSky), response);
+  const auto scaled = static_cast<std::uint8_t>(PixelChange::kScaled);
+  const FrameResult lit = Process(frame, response);
+  int blackened = 0;
+  for (std::size_t i = 0; i < frame.codes->pixels.size(); ++i) {
+    if (lit.composite.change.pixels[i] != scaled) continue;
+    frame.codes->pixels[i] = glm::u8vec3(0);
+    frame.radiance.pixels[i] = glm::vec3(0.0f);
+    ++blackened;
+  }
+  EXPECT_GT(blackened, 200);
+  const FrameResult black = Process(frame, response);
+  for (std::size_t i = 0; i < frame.codes->pixels.size(); ++i) {
+    if (lit.composite.change.pixels[i] != scaled) continue;
+    EXPECT_EQ(black.composite.radiance.pixels[i], glm::vec3(0.0f)) << i;
+  }
+}
+
 // The object and its shadow are those of the picture without the camera's faults, recorded with
 // them; a code or two are lost to the rounding of what is real.
 TEST_F(RecordedComposite, IsTheLightsOwnAsTheCameraRecordsIt) {
@@ -61,20 +99,12 @@ TEST_F(RecordedComposite, IsTheLightsOwnAsTheCameraRecordsIt) {
   const Frame light = stage_.MakeFrame(kSun, kSky);
   const FrameResult in_light = Process(light, {});
 
-  Frame recorded = light;
+  const Frame recorded = RecordedOf(light, response);
   const LensCircle circle = LensCircle::Of(light.radiance.width, light.radiance.height);
   const auto record = [&](const RgbImage& radiance, int x, int y) {
     return Recorded(radiance.At(x, y), response, circle.ShareOfCorner({x + 0.5, y + 0.5}));
   };
-  for (int y = 0; y < light.radiance.height; ++y) {
-    for (int x = 0; x < light.radiance.width; ++x) {
-      recorded.radiance.At(x, y) = record(light.radiance, x, y);
-    }
-  }
   const ResponseCurve srgb = ResponseCurve::Srgb();
-  recorded.codes = CodesFromRadiance(recorded.radiance, srgb, 1.0);
-  recorded.radiance = RadianceFromCodes(*recorded.codes, srgb, 1.0);
-  recorded.units = LightUnits::kRelativePerFrame;
   const FrameResult found = Process(recorded, response);
 
   int changed = 0;

@@ -80,7 +80,8 @@ double ChangeOfReached(const EffectFrame& frame,
       if (!(light.indirect[c] > 0.0f)) continue;
       less[c] *= std::max(1.0f - hidden[c] / light.indirect[c], 0.0f);
     }
-    return std::max(frame.codes.Difference(without, less), frame.codes.Difference(without, more));
+    return std::max(CodesBetween(frame, pixel, without, less),
+                    CodesBetween(frame, pixel, without, more));
   }));
 }
 

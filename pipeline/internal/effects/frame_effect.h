@@ -63,7 +63,8 @@ struct LightBeforePlan {
 // A frame whose light is known. References live for the call only.
 struct EffectFrame {
   const Frame& frame;
-  const RgbImage& radiance;  // The frame's light.
+  const RgbImage& radiance;            // The frame's light,
+  const ResponseCorrection& response;  // and what is recorded of it.
   const SurfaceView& view;
   const Image<std::int32_t>& pixel_faces;  // As in SurfaceViewBuilder.
   const FrameBasis& basis;

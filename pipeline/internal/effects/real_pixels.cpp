@@ -26,6 +26,18 @@ PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel) {
   return light;
 }
 
+float CodesBetween(const EffectFrame& frame,
+                   std::size_t pixel,
+                   const glm::vec3& radiance,
+                   const glm::vec3& other) {
+  const int width = frame.view.Width();
+  const auto place = static_cast<int>(pixel);
+  const LensCircle circle = LensCircle::Of(width, frame.view.Height());
+  const double share = circle.ShareOfCorner({place % width + 0.5, place / width + 0.5});
+  const auto kept = static_cast<float>(1.0 - frame.response.vignetting * share);
+  return frame.codes.Difference(kept * radiance, kept * other);
+}
+
 bool IsClipped(const Frame& frame, std::size_t pixel) {
   return !frame.clipped.Empty() && frame.clipped.pixels[pixel] != 0;
 }

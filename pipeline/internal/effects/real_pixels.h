@@ -18,6 +18,13 @@ struct PixelLight {
 };
 PixelLight LightOfPixel(const EffectFrame& frame, std::size_t pixel);
 
+// The largest difference, over the channels, of the codes that a pixel has in one light and
+// another.
+float CodesBetween(const EffectFrame& frame,
+                   std::size_t pixel,
+                   const glm::vec3& radiance,
+                   const glm::vec3& other);
+
 bool IsClipped(const Frame& frame, std::size_t pixel);
 
 // The data for the decision whether the pixel has sun.

@@ -33,7 +33,7 @@ float FallInShadow(const EffectFrame& frame, std::size_t pixel, float hidden_sha
     if (before[c] > 0.0f) after[c] = without[c] * light.indirect[c] / before[c];
   }
   const glm::vec3 hidden = hidden_share * after;
-  return frame.codes.Difference(without - hidden, after - hidden);
+  return CodesBetween(frame, pixel, without - hidden, after - hidden);
 }
 
 class SunShadow : public FrameEffect {
