@@ -5,6 +5,7 @@
 
 #include "calib/response_correction.h"
 #include "ground_stage.h"
+#include "pipeline/display_codes.h"
 
 namespace pleinair::recorded_composite_test {
 namespace {
