@@ -44,8 +44,8 @@ glm::vec3 Recorded(const glm::vec3& light,
                           (1.0 - correction.vignetting * share_of_corner) / white;
   glm::vec3 recorded(0.0f);
   for (int c = 0; c < 3; ++c) {
-    if (!(seen[c] <= 0.0))
-      recorded[c] = static_cast<float>(white * std::pow(seen[c], 1.0 + correction.exponent));
+    if (seen[c] <= 0.0) continue;
+    recorded[c] = static_cast<float>(white * std::pow(seen[c], 1.0 + correction.exponent));
   }
   return recorded;
 }

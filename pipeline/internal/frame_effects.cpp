@@ -348,22 +348,18 @@ Composite FrameEffects::Draw(const LitFrame& lit, const CompositeInput& input, S
     const LensCircle circle = LensCircle::Of(recorded.width, recorded.height);
     tbb::parallel_for(0, recorded.height, [&](int y) {
       for (int x = 0; x < recorded.width; ++x) {
-        const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
         glm::vec3& pixel = composite.radiance.At(x, y);
-        switch (static_cast<PixelChange>(composite.change.At(x, y))) {
-          case PixelChange::kNone:
-            pixel = recorded.At(x, y);
-            break;
-          case PixelChange::kScaled:
-            // What is darker than the veil stays so.
-            pixel = Recorded(pixel, lit.response, share) + recorded.At(x, y) -
-                    Recorded(input.camera_radiance.At(x, y), lit.response, share);
-            pixel = glm::max(pixel, glm::vec3(0.0f));
-            break;
-          case PixelChange::kCovered:
-            pixel = Recorded(pixel, lit.response, share);
-            break;
+        const auto change = static_cast<PixelChange>(composite.change.At(x, y));
+        if (change == PixelChange::kNone) {
+          pixel = recorded.At(x, y);
+          continue;
         }
+        const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
+        pixel = Recorded(pixel, lit.response, share);
+        if (change != PixelChange::kScaled) continue;
+        // What is darker than the veil stays so.
+        pixel += recorded.At(x, y) - Recorded(input.camera_radiance.At(x, y), lit.response, share);
+        pixel = glm::max(pixel, glm::vec3(0.0f));
       }
     });
   }

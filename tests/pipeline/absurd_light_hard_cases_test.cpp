@@ -27,13 +27,11 @@ class AbsurdLight : public testing::Test {
                       const glm::dvec3& sun,
                       const glm::dvec3& sky,
                       const VirtualObject& object) {
-    FramePipelineOptions options = GroundStage::QuickOptions();
-    options.effects = EffectSettings::Everything();
-    FramePipeline pipeline({stage_.Scene(), stage_.Phantom(), std::nullopt, {object}},
-                           std::make_unique<StillLight>(sun, sky),
-                           compositor_,
-                           options);
-    return pipeline.Process(frame).value();
+    return stage_.Process(frame,
+                          std::make_unique<StillLight>(sun, sky),
+                          object,
+                          GroundStage::QuickOptions(),
+                          compositor_);
   }
 
   const GroundStage stage_;

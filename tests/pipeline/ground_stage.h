@@ -123,6 +123,18 @@ class GroundStage {
     return results;
   }
 
+  // One frame with one object and all effects.
+  FrameResult Process(const Frame& frame,
+                      std::unique_ptr<LightingSource> light,
+                      const VirtualObject& object,
+                      FramePipelineOptions options,
+                      Compositor& compositor) const {
+    options.effects = EffectSettings::Everything();
+    FramePipeline pipeline(
+        {scene_, site_.mesh, std::nullopt, {object}}, std::move(light), compositor, options);
+    return pipeline.Process(frame).value();
+  }
+
   // Few rays and no filter.
   static FramePipelineOptions QuickOptions() {
     FramePipelineOptions options;

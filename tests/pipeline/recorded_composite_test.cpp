@@ -33,18 +33,14 @@ class RecordedComposite : public testing::Test {
  protected:
   FrameResult Process(const Frame& frame, const ResponseCorrection& response) {
     FramePipelineOptions options = GroundStage::QuickOptions();
-    options.effects = EffectSettings::Everything();
     options.camera_matching.noise = false;
     options.camera_matching.blur = false;
     const Material grey{.name = "grey", .diffuse_albedo = glm::vec3(0.5f, 0.4f, 0.3f)};
-    FramePipeline pipeline({stage_.Scene(),
-                            stage_.Phantom(),
-                            std::nullopt,
-                            {BallObject({0, 0, 0.5f}, 0.5f, 12, grey)}},
-                           std::make_unique<RecordedLight>(response),
-                           compositor_,
-                           options);
-    return pipeline.Process(frame).value();
+    return stage_.Process(frame,
+                          std::make_unique<RecordedLight>(response),
+                          BallObject({0, 0, 0.5f}, 0.5f, 12, grey),
+                          options,
+                          compositor_);
   }
 
   const GroundStage stage_;

@@ -30,6 +30,7 @@ float CodesBetween(const EffectFrame& frame,
                    std::size_t pixel,
                    const glm::vec3& radiance,
                    const glm::vec3& other) {
+  if (frame.response.vignetting == 0.0) return frame.codes.Difference(radiance, other);
   const int width = frame.view.Width();
   const auto place = static_cast<int>(pixel);
   const LensCircle circle = LensCircle::Of(width, frame.view.Height());
