@@ -63,23 +63,33 @@ glm::dvec3 LightOf(const glm::dvec3& recorded,
 RgbImage LightOf(const Rgb8Image& codes,
                  const ResponseCurve& response,
                  const ResponseCorrection& correction) {
-  std::array<std::array<double, 256>, 3> seen_of_code{};
+  // A picture has millions of pixels: what depends on the code or the row alone is computed once.
+  std::array<std::array<float, 256>, 3> seen_of_code{};
   for (int c = 0; c < 3; ++c) {
     for (std::size_t code = 0; code < 256; ++code) {
-      seen_of_code[static_cast<std::size_t>(c)][code] =
-          correction.white_radiance *
-          std::pow(double{response.LinearOfCode(c)[code]}, 1.0 / (1.0 + correction.exponent));
+      seen_of_code[static_cast<std::size_t>(c)][code] = static_cast<float>(
+          correction.unit_rgb[c] * correction.white_radiance *
+          std::pow(double{response.LinearOfCode(c)[code]}, 1.0 / (1.0 + correction.exponent)));
     }
   }
+  const glm::vec3 veil(correction.veil_rgb * correction.unit_rgb);
   const LensCircle circle = LensCircle::Of(codes.width, codes.height);
   RgbImage light(codes.width, codes.height);
   tbb::parallel_for(0, codes.height, [&](int y) {
-    for (int x = 0; x < codes.width; ++x) {
-      const glm::u8vec3& code = codes.At(x, y);
-      const glm::dvec3 seen(
-          seen_of_code[0][code.x], seen_of_code[1][code.y], seen_of_code[2][code.z]);
-      const double share = circle.ShareOfCorner({x + 0.5, y + 0.5});
-      light.At(x, y) = glm::vec3(Unveiled(seen, correction, share));
+    // Shares grow as x squared from the row's middle on.
+    const double middle = circle.ShareOfCorner({circle.centre_px.x, y + 0.5});
+    const auto kept_in_middle = static_cast<float>(1.0 - correction.vignetting * middle);
+    const auto lost_per_px2 =
+        static_cast<float>(correction.vignetting / (circle.radius_px * circle.radius_px));
+    const float first_px = 0.5f - static_cast<float>(circle.centre_px.x);
+    const glm::u8vec3* code = &codes.At(0, y);
+    glm::vec3* out = &light.At(0, y);
+    for (int x = 0; x < codes.width; ++x, ++code, ++out) {
+      const float from_middle_px = first_px + static_cast<float>(x);
+      const glm::vec3 seen(
+          seen_of_code[0][code->x], seen_of_code[1][code->y], seen_of_code[2][code->z]);
+      const float kept = kept_in_middle - lost_per_px2 * from_middle_px * from_middle_px;
+      *out = glm::max(seen / kept - veil, glm::vec3(0.0f));
     }
   });
   return light;
