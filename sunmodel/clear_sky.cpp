@@ -22,10 +22,10 @@ constexpr double kTwilightPerDeg = 1.01;
 
 struct Band {
   double wavelength_um;
-  double ozone_per_atm_cm;  // Absorption coefficient, the source's table.
+  double ozone_per_atm_cm;  // Absorption coefficient: the source's, over the channel.
 };
 constexpr std::array<Band, 3> kBands{
-    {{kBandWavelengthUm[0], 0.120}, {kBandWavelengthUm[1], 0.085}, {kBandWavelengthUm[2], 0.006}}};
+    {{kBandWavelengthUm[0], 0.126}, {kBandWavelengthUm[1], 0.079}, {kBandWavelengthUm[2], 0.003}}};
 
 // Rural aerosol of the source.
 constexpr double kScatteringAlbedoAt400nm = 0.945;

@@ -1,4 +1,4 @@
-// Direct and diffuse irradiance of a cloudless sky, in three bands of the visible spectrum.
+// Direct and diffuse irradiance of a cloudless sky, in the channels of linear sRGB.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -34,12 +34,12 @@ struct ClearSkyConditions {
 //
 // Units      Each channel as though the entire solar constant had that channel's loss: above the
 //            atmosphere the beam is white, 1361 W m^-2 in every channel at 1 au.
-// Source     Bird and Riordan, SERI/TR-215-2436, 1984 (SPECTRL2), at 610, 550 and 460 nm: section
-//            2 for the beam, section 3 for the sky. The pressure is the standard atmosphere's at
-//            the site's height; haze and ozone do not thin with it. Twilight is not in it: Glossary
-//            of Meteorology, AMS.
-// Accuracy   Beam 3 % of ASTM G173 in its own conditions. Real clear days differ by their haze:
-//            15 % of the beam, 50 % of the sky are ordinary.
+// Source     Bird and Riordan, SERI/TR-215-2436, 1984 (SPECTRL2): section 2 for the beam, section 3
+//            for the sky, at one wavelength a channel (internal/optical_depth.h). The pressure is
+//            the standard atmosphere's at the site's height; haze and ozone do not thin with it.
+//            Twilight is not in it: Glossary of Meteorology, AMS.
+// Accuracy   Beam 3 % of ASTM G173 in linear sRGB, in its own conditions. Real clear days differ by
+//            their haze: 15 % of the beam, 50 % of the sky are ordinary.
 // Throws     std::invalid_argument for a bad site, an elevation outside [-pi/2, pi/2], or bad
 //            conditions.
 ClearSkyIrradiance ComputeClearSky(const Site& site,

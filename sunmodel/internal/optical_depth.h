@@ -1,4 +1,5 @@
-// Optical depth of a cloudless atmosphere for a vertical beam, in our three bands.
+// Optical depth of a cloudless atmosphere for a vertical beam, in three bands of the visible
+// spectrum.
 #pragma once
 
 #include <array>
@@ -6,7 +7,12 @@
 
 namespace pleinair {
 
-inline constexpr std::array<double, 3> kBandWavelengthUm{0.610, 0.550, 0.460};
+// Light of one wavelength that stands for a channel of linear sRGB, in which pictures are. Red lies
+// beyond its primary, and blue before its own: in them blue-green light counts as less than none.
+// With these and the ozone of clear_sky.cpp, beam and diffuse light of the spectral model agree to
+// 2 % (rms) with the same model integrated over the CIE's 1931 observer and turned into linear sRGB
+// (IEC 61966-2-1), for suns 10 to 60 degrees high and haze of 0.03 to 0.35.
+inline constexpr std::array<double, 3> kBandWavelengthUm{0.646, 0.544, 0.440};
 
 // Optical depth of the air itself at sea level. Source: Bird and Riordan, SERI/TR-215-2436, 1984,
 // equation 2-4.
