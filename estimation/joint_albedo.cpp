@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "estimation/camera_errors.h"
 #include "estimation/internal/square.h"
 #include "scene/lighting.h"
 #include "scene/upper_median.h"
@@ -49,6 +50,9 @@ class JointFit {
     found_.spot_albedo_rgb.resize(surface_of_spot_.size());
     SpreadToSpots();
     found_.lights.resize(frames_.size());
+    light_rgb_.resize(frames_.size());
+    cameras_.reserve(frames_.size());
+    for (const AlbedoFrame& frame : frames_) cameras_.push_back(frame.prior.camera);
   }
 
   JointAlbedo Fit() {
@@ -81,6 +85,8 @@ class JointFit {
   std::vector<std::int32_t> surface_of_spot_;  // -1: unseen.
   std::vector<double> samples_of_surface_;
   std::vector<DiffuseSample> scratch_;
+  std::vector<CameraErrors> cameras_;               // Of the frames, as the others show them.
+  std::vector<std::vector<glm::dvec3>> light_rgb_;  // The frames' samples, without these errors.
 
   void Check() {
     samples_of_surface_.assign(expected_.size(), 0.0);
@@ -136,13 +142,71 @@ class JointFit {
         for (glm::dvec3& sky : scaled.sky_transport_rgb) sky *= albedo;
       }
       // The frames are of other times.
-      found_.lights[f] =
-          fitter_.Fit(scratch_, frames_[f].prior, frames_[f].sun_is_up, FitStart::kRobust);
+      LightingPrior prior = frames_[f].prior;
+      prior.camera = cameras_[f];
+      if (found_.iterations == 0 && prior.camera.exponent_stddev > 0.0) {
+        prior.albedo_stddev = options_.expected_stddev;
+      }
+      found_.lights[f] = fitter_.Fit(scratch_, prior, frames_[f].sun_is_up, FitStart::kRobust);
+      TurnIntoLight(f);
+    }
+    if (found_.iterations == 0) LearnResponse();
+  }
+
+  void TurnIntoLight(std::size_t f) {
+    const CameraErrors& camera = cameras_[f];
+    const ResponseCorrection correction = CorrectionOf(camera, found_.lights[f], glm::dvec3(1.0));
+    light_rgb_[f].clear();
+    for (const AlbedoSample& sample : frames_[f].samples) {
+      const glm::dvec2 place_px = glm::dvec2(sample.white.pixel) + 0.5;
+      light_rgb_[f].push_back(LightOf(
+          sample.white.radiance_rgb, correction, camera.lens_circle.ShareOfCorner(place_px)));
+    }
+  }
+
+  // One camera has one response. It is found under the expected albedos, each plane's off by
+  // itself: under albedos that the pictures themselves gave, any response explains them.
+  void LearnResponse() {
+    Hold(&CameraErrors::exponent,
+         &CameraErrors::exponent_stddev,
+         &LightingFit::exponent,
+         &LightingFit::exponent_stddev);
+    Hold(&CameraErrors::vignetting,
+         &CameraErrors::vignetting_stddev,
+         &LightingFit::vignetting,
+         &LightingFit::vignetting_stddev);
+  }
+
+  // At the mean over the frames that do not know it; what is expected of them counts once.
+  void Hold(double CameraErrors::*value,
+            double CameraErrors::*stddev,
+            double LightingFit::*fitted,
+            double LightingFit::*fitted_stddev) {
+    double information = 0.0;
+    double sum = 0.0;
+    for (std::size_t f = 0; f < frames_.size(); ++f) {
+      if (!(cameras_[f].*stddev > 0.0)) continue;
+      const double expected = 1.0 / Square(cameras_[f].*stddev);
+      const double found = 1.0 / Square(found_.lights[f].*fitted_stddev);
+      if (information == 0.0) {
+        information = expected;
+        sum = expected * cameras_[f].*value;
+      }
+      if (!(found > expected) || !std::isfinite(found)) continue;
+      information += found - expected;
+      sum += found * found_.lights[f].*fitted - expected * cameras_[f].*value;
+    }
+    constexpr double kHeldStddev = 1e-3;  // 0 would be no error at all.
+    for (CameraErrors& camera : cameras_) {
+      if (!(camera.*stddev > 0.0)) continue;
+      camera.*value = sum / information;
+      camera.*stddev = kHeldStddev;
     }
   }
 
   // Albedo of one sample in its frame's light; none where too little light falls on it.
-  bool Read(std::size_t frame, const AlbedoSample& sample, int channel, Reading& reading) const {
+  bool Read(std::size_t frame, std::size_t index, int channel, Reading& reading) const {
+    const AlbedoSample& sample = frames_[frame].samples[index];
     const LightingFit& light = found_.lights[frame];
     const auto lights = light.irradiance_rgb.size() / 3;
     double white = 0.0;
@@ -159,7 +223,7 @@ class JointFit {
                     light.covariance(3 * a + channel, 3 * b + channel);
       }
     }
-    const double radiance = sample.white.radiance_rgb[channel];
+    const double radiance = light_rgb_[frame][index][channel];
     if (!(white > kLeastLight * usual) || !(radiance > 0.0)) return false;
     reading.log_albedo = std::log(radiance / white);
     reading.sky_share = sky / white;
@@ -186,9 +250,10 @@ class JointFit {
       std::vector<std::vector<Reading>> of_surface(surfaces);
       for (std::size_t f = 0; f < frames_.size(); ++f) {
         std::vector<Readings> of(2 * surfaces);
-        for (const AlbedoSample& sample : frames_[f].samples) {
+        for (std::size_t i = 0; i < frames_[f].samples.size(); ++i) {
+          const AlbedoSample& sample = frames_[f].samples[i];
           Reading reading;
-          if (!Read(f, sample, c, reading)) continue;
+          if (!Read(f, i, c, reading)) continue;
           const std::size_t lit = reading.sky_share < 0.5 ? 1 : 0;
           Readings& readings = of[2 * static_cast<std::size_t>(sample.surface) + lit];
           readings.log_albedo.push_back(reading.log_albedo);
@@ -247,11 +312,12 @@ class JointFit {
     std::vector<glm::dvec3> weights(surface_of_spot_.size(),
                                     glm::dvec3(1.0 / Square(options_.spot_spread)));
     for (std::size_t f = 0; f < frames_.size(); ++f) {
-      for (const AlbedoSample& sample : frames_[f].samples) {
+      for (std::size_t i = 0; i < frames_[f].samples.size(); ++i) {
+        const AlbedoSample& sample = frames_[f].samples[i];
         const auto spot = static_cast<std::size_t>(sample.spot);
         for (int c = 0; c < 3; ++c) {
           Reading reading;
-          if (!Read(f, sample, c, reading)) continue;
+          if (!Read(f, i, c, reading)) continue;
           const double surface =
               std::log(found_.surface_albedo_rgb[static_cast<std::size_t>(sample.surface)][c]);
           const double deviation = reading.log_albedo - surface + log_factor_[c];

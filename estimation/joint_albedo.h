@@ -59,8 +59,11 @@ struct JointAlbedo {
 // Finds the albedos and the light of each frame that explain all frames together. It alternates two
 // steps. The lights are found by the robust fit. Each surface's albedo is the robust mean over
 // frames of its value under each frame's light. The weights are how well that light is known there.
-// The deviations of the spots follow. Twice the albedo with half the light explains the same
-// pictures, so one factor for each channel is free. It is fixed so that
+// The deviations of the spots follow. A camera's response that the frames' priors leave open is
+// found first, from all frames, and held.
+//
+// Twice the albedo with half the light explains the same pictures, so one factor for each channel
+// is free. It is fixed so that
 // - the mean albedo over the samples, and over RGB, is that of `expected_albedo_rgb`;
 // - the strongest suns have the colour of the clear-sky beam; where no frame determines its sun,
 //   the mean albedo has the expected one's colour.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "estimation/camera_errors.h"
 #include "estimation/internal/symmetric_algebra.h"
 #include "estimation/shadow_cues.h"
 
@@ -192,25 +193,6 @@ double TrustIn(const LightingFit& fit, double trusted_residual) {
   if (!(fit.relative_residual > trusted_residual)) return 1.0;
   const double ratio = trusted_residual / fit.relative_residual;
   return ratio * ratio;
-}
-
-ResponseCorrection CorrectionOf(const CameraErrors& camera,
-                                const LightingFit& fit,
-                                const glm::dvec3& unit_rgb) {
-  // Not even the widest lens has corners much darker, and no lens brighter ones.
-  constexpr double kMostVignetting = 0.6;
-  constexpr double kMostExponent = 0.5;
-  ResponseCorrection correction{
-      .white_radiance = camera.white_radiance,
-      .unit_rgb = unit_rgb,
-      .vignetting = std::clamp(fit.vignetting, 0.0, kMostVignetting),
-      .exponent = std::clamp(fit.exponent, -kMostExponent, kMostExponent)};
-  // Before the exponent, as light is.
-  const double white = camera.white_radiance;
-  const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));
-  correction.veil_rgb = std::max(fit.veil, 0.0) * white *
-                        glm::pow(mean, glm::dvec3(1.0 / (1.0 + correction.exponent)));
-  return correction;
 }
 
 void Describe(const OutdoorConditions& conditions,

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <glm/common.hpp>
-
+#include "estimation/camera_errors.h"
 #include "estimation/exposure_change.h"
 #include "estimation/outdoor_estimator.h"
 #include "estimation/sample_noise.h"
@@ -25,57 +24,6 @@ namespace {
 constexpr double kLeastShareOfKeptSet = 0.8;
 // The same of a set whose places lie in a new view: some of them will be occluded.
 constexpr double kLeastShareInView = 0.85;
-
-// Standard deviations of the veil, as a share of the mean radiance of the picture. In order: linear
-// frames; 8-bit frames with a stated exposure; a camera of which nothing is known. Assumed, not
-// measured on cameras.
-constexpr double kVeilOfLinear = 0.0005;
-constexpr double kVeilOfStated = 0.005;
-constexpr double kVeilOfUnknown = 0.015;
-// Exponent of the response, of a camera that states its exposure and of one of which nothing is
-// known. Real ones may have more (docs/weather.md); a wider deviation would explain faults of the
-// mesh.
-constexpr double kExponentOfStated = 0.02;
-constexpr double kExponentOfUnknown = 0.05;
-// Share of light that these lose in the corners, beyond what they correct themselves.
-constexpr double kVignettingOfStated = 0.03;
-constexpr double kVignettingOfUnknown = 0.1;
-constexpr double kVignettingOfUnknownStddev = 0.1;
-// Share of a pattern's contrast that is lost where it lies beside its place.
-constexpr double kPattern = 0.2;
-
-// Over pixels on a raster: a veil need not be known better than by some per cent.
-glm::dvec3 MeanRadiance(const RgbImage& radiance) {
-  constexpr int kStep = 8;
-  glm::dvec3 sum(0.0);
-  double count = 0.0;
-  for (int y = kStep / 2; y < radiance.height; y += kStep) {
-    for (int x = kStep / 2; x < radiance.width; x += kStep) {
-      const glm::dvec3 value(radiance.At(x, y));
-      if (!std::isfinite(value.x + value.y + value.z)) continue;
-      sum += glm::max(value, glm::dvec3(0.0));
-      count += 1.0;
-    }
-  }
-  return count > 0.0 ? sum / count : sum;
-}
-
-CameraErrors ErrorsOf(const Frame& frame) {
-  const bool is_unknown = frame.units == LightUnits::kRelativePerFrame;
-  CameraErrors errors;
-  errors.mean_radiance_rgb = MeanRadiance(frame.radiance);
-  errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
-  if (frame.codes) {
-    errors.exponent_stddev = is_unknown ? kExponentOfUnknown : kExponentOfStated;
-    if (frame.exposure && *frame.exposure > 0.0) errors.white_radiance = 1.0 / *frame.exposure;
-    errors.pattern_stddev = kPattern;
-    errors.vignetting = is_unknown ? kVignettingOfUnknown : 0.0;
-    errors.vignetting_stddev = is_unknown ? kVignettingOfUnknownStddev : kVignettingOfStated;
-    errors.lens_circle =
-        LensCircle::Of(frame.camera.intrinsics.width_px, frame.camera.intrinsics.height_px);
-  }
-  return errors;
-}
 
 // Clipped or black in all channels, or of a plane that mostly is (ApplySignalNoise).
 bool IsUnknown(const DiffuseSample& sample) {
@@ -151,7 +99,7 @@ class OutdoorLightingSource final : public LightingSource {
     conditions.held = observation.held;
     conditions.albedo_stddev_rgb = observation.albedo_stddev_rgb;
     conditions.plane_albedo_stddev = observation.plane_albedo_stddev;
-    conditions.camera = ErrorsOf(observation.frame);
+    conditions.camera = ExpectedCameraErrors(observation.frame);
     auto estimate = estimator_.Estimate(samples_, conditions);
     if (!estimate) {
       const int seen = static_cast<int>(samples_.size());

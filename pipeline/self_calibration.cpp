@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "estimation/camera_errors.h"
 #include "estimation/lighting_prior.h"
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
@@ -150,6 +151,10 @@ class SelfCalibrator {
     clear_sky.absolute = false;
     added.prior = MakeClimatePrior(clear_sky, static_cast<int>(shapes_.size()));
     SetBeamShape(view.sky_shape_names, clear_sky, added.prior);
+    // One that states its exposure has errors too small to tell from those of the albedos.
+    if (frame.units == LightUnits::kRelativePerFrame) {
+      added.prior.camera = ExpectedCameraErrors(frame);
+    }
     added.sun_is_up = sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
     // A white balance that is not known has no colour to compare.
     if (frame.units == LightUnits::kAbsolute) added.clear_beam_rgb = clear_sky.beam_rgb;

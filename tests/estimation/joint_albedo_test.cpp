@@ -1,5 +1,6 @@
 #include "estimation/joint_albedo.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -9,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
+#include "calib/response_correction.h"
+
 namespace pleinair::joint_albedo_test {
 namespace {
 
@@ -17,6 +20,9 @@ const std::vector<glm::dvec3> kAlbedos{
 const std::vector<glm::dvec3> kNormals{
     {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}};
 const glm::dvec3 kBeam{900.0, 850.0, 760.0};
+
+// Clouds make it brighter.
+glm::dvec3 SkyOfFrame(int frame) { return glm::dvec3(100.0, 120.0, 150.0) + 60.0 * (frame % 3); }
 
 // A day over four surfaces, part of each in shadow: the sun goes from east to west, clouds cover it
 // in some frames. Spots are stained by `stain`, samples scatter by `noise`, and of all samples a
@@ -42,7 +48,7 @@ struct Day {
       const double hour = -1.0 + 2.0 * (f + 0.5) / frames;
       const glm::dvec3 sun = glm::normalize(glm::dvec3(-hour, -0.6, 0.9 - 0.4 * hour * hour));
       const glm::dvec3 beam = (f % 3 == 2 ? 0.1 : 1.0) * kBeam;
-      const glm::dvec3 sky(100.0 + 60.0 * (f % 3), 120.0 + 60.0 * (f % 3), 150.0 + 60.0 * (f % 3));
+      const glm::dvec3 sky = SkyOfFrame(f);
       AlbedoFrame& frame = day.emplace_back();
       frame.prior = LightingPrior::Nothing(1);
       frame.clear_beam_rgb = 0.7 * kBeam;
@@ -115,6 +121,50 @@ TEST(JointAlbedo, ScaleOfTheRadianceChangesTheLightAlone) {
     }
   }
   EXPECT_NEAR(two.lights[0].irradiance_rgb[0] / one.lights[0].irradiance_rgb[0], 1e4, 1e-2);
+}
+
+// A phone's curve is flatter than stated, and its corners are darker; no frame states an exposure.
+// Sun over sky is right to 20 %, where a fit that takes the codes for light is 43 % off. How much
+// sky a clear sun has is known from the climate: contrast alone would not tell a flat curve from a
+// bright sky.
+TEST(JointAlbedo, FindsTheResponseOfACameraThatIsNotKnown) {
+  constexpr double kExponent = -0.12;
+  constexpr double kVignetting = 0.15;
+  std::vector<AlbedoFrame> day = Day().Frames();
+  std::vector<AlbedoFrame> unaware = day;
+  for (std::size_t f = 0; f < day.size(); ++f) {
+    day[f].prior = MakeClimatePrior(
+        {.beam_rgb = kBeam, .diffuse_rgb = SkyOfFrame(0), .sine_of_elevation = 0.7}, 1);
+    unaware[f].prior = day[f].prior;
+    CameraErrors& camera = day[f].prior.camera;
+    camera.exponent_stddev = 0.05;
+    camera.vignetting = 0.1;
+    camera.vignetting_stddev = 0.1;
+    camera.lens_circle = LensCircle::Of(80, 4);
+    camera.white_radiance = 500.0;
+    const ResponseCorrection correction{
+        .white_radiance = camera.white_radiance, .vignetting = kVignetting, .exponent = kExponent};
+    for (std::size_t i = 0; i < day[f].samples.size(); ++i) {
+      DiffuseSample& white = day[f].samples[i].white;
+      const double corner = camera.lens_circle.ShareOfCorner(glm::dvec2(white.pixel) + 0.5);
+      white.radiance_rgb = Recorded(glm::vec3(white.radiance_rgb), correction, corner);
+      unaware[f].samples[i].white.radiance_rgb = white.radiance_rgb;
+    }
+  }
+  const auto largest_error = [](const JointAlbedo& found) {
+    double largest = 0.0;
+    for (const int f : {0, 1, 4, 9}) {
+      const glm::dvec3 sky = SkyOfFrame(f);
+      for (int c = 0; c < 3; ++c) {
+        const LightVector& light = found.lights[static_cast<std::size_t>(f)].irradiance_rgb;
+        largest =
+            std::max(largest, std::abs(std::log(light[c] / light[3 + c] * sky[c] / kBeam[c])));
+      }
+    }
+    return largest;
+  };
+  EXPECT_LT(largest_error(FitAlbedoAndLight(day, kGrey)), 0.2);
+  EXPECT_GT(largest_error(FitAlbedoAndLight(unaware, kGrey)), 0.4);
 }
 
 // Without shadows, one frame cannot distinguish a bright surface from one in brighter light: what

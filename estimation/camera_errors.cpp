@@ -1,0 +1,84 @@
+#include "estimation/camera_errors.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+
+namespace pleinair {
+namespace {
+
+// Standard deviations of the veil, as a share of the mean radiance of the picture. In order: linear
+// frames; 8-bit frames with a stated exposure; a camera of which nothing is known. Assumed, not
+// measured on cameras.
+constexpr double kVeilOfLinear = 0.0005;
+constexpr double kVeilOfStated = 0.005;
+constexpr double kVeilOfUnknown = 0.015;
+// Exponent of the response, of a camera that states its exposure and of one of which nothing is
+// known. Real ones may have more (docs/weather.md); a wider deviation would explain faults of the
+// mesh.
+constexpr double kExponentOfStated = 0.02;
+constexpr double kExponentOfUnknown = 0.05;
+// Share of light that these lose in the corners, beyond what they correct themselves.
+constexpr double kVignettingOfStated = 0.03;
+constexpr double kVignettingOfUnknown = 0.1;
+constexpr double kVignettingOfUnknownStddev = 0.1;
+// Share of a pattern's contrast that is lost where it lies beside its place.
+constexpr double kPattern = 0.2;
+
+// Over pixels on a raster: a veil need not be known better than by some per cent.
+glm::dvec3 MeanRadiance(const RgbImage& radiance) {
+  constexpr int kStep = 8;
+  glm::dvec3 sum(0.0);
+  double count = 0.0;
+  for (int y = kStep / 2; y < radiance.height; y += kStep) {
+    for (int x = kStep / 2; x < radiance.width; x += kStep) {
+      const glm::dvec3 value(radiance.At(x, y));
+      if (!std::isfinite(value.x + value.y + value.z)) continue;
+      sum += glm::max(value, glm::dvec3(0.0));
+      count += 1.0;
+    }
+  }
+  return count > 0.0 ? sum / count : sum;
+}
+
+}  // namespace
+
+CameraErrors ExpectedCameraErrors(const Frame& frame) {
+  const bool is_unknown = frame.units == LightUnits::kRelativePerFrame;
+  CameraErrors errors;
+  errors.mean_radiance_rgb = MeanRadiance(frame.radiance);
+  errors.veil_stddev = !frame.codes ? kVeilOfLinear : is_unknown ? kVeilOfUnknown : kVeilOfStated;
+  if (frame.codes) {
+    errors.exponent_stddev = is_unknown ? kExponentOfUnknown : kExponentOfStated;
+    if (frame.exposure && *frame.exposure > 0.0) errors.white_radiance = 1.0 / *frame.exposure;
+    errors.pattern_stddev = kPattern;
+    errors.vignetting = is_unknown ? kVignettingOfUnknown : 0.0;
+    errors.vignetting_stddev = is_unknown ? kVignettingOfUnknownStddev : kVignettingOfStated;
+    errors.lens_circle =
+        LensCircle::Of(frame.camera.intrinsics.width_px, frame.camera.intrinsics.height_px);
+  }
+  return errors;
+}
+
+ResponseCorrection CorrectionOf(const CameraErrors& camera,
+                                const LightingFit& fit,
+                                const glm::dvec3& unit_rgb) {
+  // Not even the widest lens has corners much darker, and no lens brighter ones.
+  constexpr double kMostVignetting = 0.6;
+  constexpr double kMostExponent = 0.5;
+  ResponseCorrection correction{
+      .white_radiance = camera.white_radiance,
+      .unit_rgb = unit_rgb,
+      .vignetting = std::clamp(fit.vignetting, 0.0, kMostVignetting),
+      .exponent = std::clamp(fit.exponent, -kMostExponent, kMostExponent)};
+  // Before the exponent, as light is.
+  const double white = camera.white_radiance;
+  const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));
+  correction.veil_rgb = std::max(fit.veil, 0.0) * white *
+                        glm::pow(mean, glm::dvec3(1.0 / (1.0 + correction.exponent)));
+  return correction;
+}
+
+}  // namespace pleinair
