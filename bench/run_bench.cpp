@@ -30,11 +30,15 @@ struct BenchArguments {
   int frame = 0;
 };
 
-void RunRepeatedFrame(benchmark::State& state,
-                      const BenchArguments& arguments,
-                      ObjectLight object_light,
-                      bool objects_move,
-                      std::optional<double> budget_ms) {
+struct Case {
+  const char* name;
+  ObjectLight object_light;
+  bool objects_move = false;  // By a centimetre a frame.
+  std::optional<double> budget_ms{};
+  bool is_from_phone = false;  // 8 bit, without an exposure.
+};
+
+void RunRepeatedFrame(benchmark::State& state, const BenchArguments& arguments, const Case& one) {
   const Sequence sequence = ReadSequence(arguments.sequence);
   const SequenceSite site = LoadSequenceSite(sequence);
   FileBlobStore store;
@@ -43,15 +47,20 @@ void RunRepeatedFrame(benchmark::State& state,
   const HeadlessContext context;
   Compositor compositor;
   FramePipelineOptions options;
-  options.object_light.route = object_light;
-  options.effects.budget_ms = budget_ms;
+  options.object_light.route = one.object_light;
+  options.effects.budget_ms = one.budget_ms;
   FramePipeline pipeline({scene, site.model.mesh, sequence.site, site.objects},
                          MakeOutdoorLightingSource({}),
                          compositor,
                          options);
-  const auto frames = MakeRecordedFrameSource(sequence, FrameKind::kLinear);
+  const auto frames =
+      MakeRecordedFrameSource(sequence, one.is_from_phone ? FrameKind::kLdr : FrameKind::kLinear);
   Frame frame = frames->Next()->value();
   for (int i = 0; i < arguments.frame; ++i) frame = frames->Next()->value();
+  if (one.is_from_phone) {
+    frame.exposure.reset();
+    frame.units = LightUnits::kRelativePerFrame;
+  }
   if (!pipeline.Process(frame)) {  // The view's geometry, once.
     state.SkipWithError("the frame can't be done");
     return;
@@ -63,7 +72,7 @@ void RunRepeatedFrame(benchmark::State& state,
   double left_out_rms = 0.0;
   for (auto _ : state) {
     frame.time += std::chrono::seconds(1);
-    if (objects_move) {
+    if (one.objects_move) {
       for (glm::dmat4& pose : poses) pose[3].x += 0.01;
     }
     const auto result = pipeline.Process(frame, poses);
@@ -110,25 +119,21 @@ int main(int argc, char** argv) {
     }
   }
   int rest_count = static_cast<int>(rest.size());
-  const struct {
-    const char* name;
-    pleinair::ObjectLight object_light;
-    bool objects_move;  // By a centimetre a frame.
-    std::optional<double> budget_ms = {};
-  } cases[] = {{"run/gather", pleinair::ObjectLight::kGather, false},
-               {"run/volume", pleinair::ObjectLight::kVolume, false},
-               {"run/volume_by_map", pleinair::ObjectLight::kVolumeByMap, false},
-               {"run_moving/gather", pleinair::ObjectLight::kGather, true},
-               {"run_moving/volume", pleinair::ObjectLight::kVolume, true},
-               {"run_moving/gather/budget:33", pleinair::ObjectLight::kGather, true, 33.0},
-               {"run_moving/volume/budget:33", pleinair::ObjectLight::kVolume, true, 33.0}};
+  using pleinair::ObjectLight;
+  const pleinair::Case cases[] = {
+      {"run/gather", ObjectLight::kGather},
+      {.name = "run/gather/phone", .object_light = ObjectLight::kGather, .is_from_phone = true},
+      {"run/volume", ObjectLight::kVolume},
+      {"run/volume_by_map", ObjectLight::kVolumeByMap},
+      {"run_moving/gather", ObjectLight::kGather, true},
+      {"run_moving/volume", ObjectLight::kVolume, true},
+      {"run_moving/gather/budget:33", ObjectLight::kGather, true, 33.0},
+      {"run_moving/volume/budget:33", ObjectLight::kVolume, true, 33.0}};
   for (const auto& one : cases) {
-    benchmark::RegisterBenchmark(
-        one.name,
-        [arguments, one](benchmark::State& state) {
-          pleinair::RunRepeatedFrame(
-              state, arguments, one.object_light, one.objects_move, one.budget_ms);
-        })
+    benchmark::RegisterBenchmark(one.name,
+                                 [arguments, one](benchmark::State& state) {
+                                   pleinair::RunRepeatedFrame(state, arguments, one);
+                                 })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()
         // Four steps of the sun's raster; moved objects are the same in each frame.

@@ -60,9 +60,10 @@ glm::dvec3 LightOf(const glm::dvec3& recorded,
   return Unveiled(seen, correction, share_of_corner);
 }
 
-RgbImage LightOf(const Rgb8Image& codes,
-                 const ResponseCurve& response,
-                 const ResponseCorrection& correction) {
+void LightOf(const Rgb8Image& codes,
+             const ResponseCurve& response,
+             const ResponseCorrection& correction,
+             RgbImage& light) {
   // A picture has millions of pixels: what depends on the code or the row alone is computed once.
   std::array<std::array<float, 256>, 3> seen_of_code{};
   for (int c = 0; c < 3; ++c) {
@@ -74,7 +75,9 @@ RgbImage LightOf(const Rgb8Image& codes,
   }
   const glm::vec3 veil(correction.veil_rgb * correction.unit_rgb);
   const LensCircle circle = LensCircle::Of(codes.width, codes.height);
-  RgbImage light(codes.width, codes.height);
+  if (light.width != codes.width || light.height != codes.height) {
+    light = RgbImage(codes.width, codes.height);
+  }
   tbb::parallel_for(0, codes.height, [&](int y) {
     // Shares grow as x squared from the row's middle on.
     const double middle = circle.ShareOfCorner({circle.centre_px.x, y + 0.5});
@@ -92,7 +95,6 @@ RgbImage LightOf(const Rgb8Image& codes,
       *out = glm::max(seen / kept - veil, glm::vec3(0.0f));
     }
   });
-  return light;
 }
 
 }  // namespace pleinair

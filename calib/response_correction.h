@@ -40,10 +40,12 @@ struct ResponseCorrection {
 glm::dvec3 LightOf(const glm::dvec3& recorded,
                    const ResponseCorrection& correction,
                    double share_of_corner);
-// The same of a picture.
-RgbImage LightOf(const Rgb8Image& codes,
-                 const ResponseCurve& response,
-                 const ResponseCorrection& correction);
+// The same of a picture, all pixels. `light` keeps its memory where it has the picture's size: new memory takes
+// as long as the work.
+void LightOf(const Rgb8Image& codes,
+             const ResponseCurve& response,
+             const ResponseCorrection& correction,
+             RgbImage& light);
 
 // The inverse, for a pixel.
 glm::vec3 Recorded(const glm::vec3& light,

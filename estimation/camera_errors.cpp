@@ -65,14 +65,11 @@ CameraErrors ExpectedCameraErrors(const Frame& frame) {
 ResponseCorrection CorrectionOf(const CameraErrors& camera,
                                 const LightingFit& fit,
                                 const glm::dvec3& unit_rgb) {
-  // Not even the widest lens has corners much darker, and no lens brighter ones.
-  constexpr double kMostVignetting = 0.6;
-  constexpr double kMostExponent = 0.5;
   ResponseCorrection correction{
       .white_radiance = camera.white_radiance,
       .unit_rgb = unit_rgb,
       .vignetting = std::clamp(fit.vignetting, 0.0, kMostVignetting),
-      .exponent = std::clamp(fit.exponent, -kMostExponent, kMostExponent)};
+      .exponent = std::clamp(fit.exponent, -kMostResponseExponent, kMostResponseExponent)};
   // Before the exponent, as light is.
   const double white = camera.white_radiance;
   const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));

@@ -1,6 +1,7 @@
 #include "estimation/joint_albedo.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -50,12 +51,13 @@ class JointFit {
     found_.spot_albedo_rgb.resize(surface_of_spot_.size());
     SpreadToSpots();
     found_.lights.resize(frames_.size());
-    light_rgb_.resize(frames_.size());
+    light_.resize(frames_.size());
     cameras_.reserve(frames_.size());
     for (const AlbedoFrame& frame : frames_) cameras_.push_back(frame.prior.camera);
   }
 
   JointAlbedo Fit() {
+    LearnResponse();
     while (found_.iterations < options_.max_iterations && !found_.converged) {
       FitLights();
       const std::vector<glm::dvec3> before = found_.surface_albedo_rgb;
@@ -85,8 +87,13 @@ class JointFit {
   std::vector<std::int32_t> surface_of_spot_;  // -1: unseen.
   std::vector<double> samples_of_surface_;
   std::vector<DiffuseSample> scratch_;
-  std::vector<CameraErrors> cameras_;               // Of the frames, as the others show them.
-  std::vector<std::vector<glm::dvec3>> light_rgb_;  // The frames' samples, without these errors.
+  std::vector<CameraErrors> cameras_;  // One a frame: expected, then as all frames show them.
+  // One a sample, without the camera's errors.
+  struct Light {
+    glm::dvec3 radiance_rgb{0.0};
+    glm::dvec3 relative_stddev_rgb{0.0};
+  };
+  std::vector<std::vector<Light>> light_;
 
   void Check() {
     samples_of_surface_.assign(expected_.size(), 0.0);
@@ -132,7 +139,8 @@ class JointFit {
     }
   }
 
-  void FitLights() {
+  // With albedos that are off by `albedo_stddev`, each plane's by itself.
+  void FitLights(double albedo_stddev = 0.0) {
     for (std::size_t f = 0; f < frames_.size(); ++f) {
       scratch_.clear();
       for (const AlbedoSample& sample : frames_[f].samples) {
@@ -144,44 +152,55 @@ class JointFit {
       // The frames are of other times.
       LightingPrior prior = frames_[f].prior;
       prior.camera = cameras_[f];
-      if (found_.iterations == 0 && prior.camera.exponent_stddev > 0.0) {
-        prior.albedo_stddev = options_.expected_stddev;
-      }
+      prior.albedo_stddev = std::max(prior.albedo_stddev, albedo_stddev);
       found_.lights[f] = fitter_.Fit(scratch_, prior, frames_[f].sun_is_up, FitStart::kRobust);
       TurnIntoLight(f);
     }
-    if (found_.iterations == 0) LearnResponse();
   }
 
   void TurnIntoLight(std::size_t f) {
     const CameraErrors& camera = cameras_[f];
     const ResponseCorrection correction = CorrectionOf(camera, found_.lights[f], glm::dvec3(1.0));
-    light_rgb_[f].clear();
+    light_[f].clear();
     for (const AlbedoSample& sample : frames_[f].samples) {
       const glm::dvec2 place_px = glm::dvec2(sample.white.pixel) + 0.5;
-      light_rgb_[f].push_back(LightOf(
-          sample.white.radiance_rgb, correction, camera.lens_circle.ShareOfCorner(place_px)));
+      const DiffuseSample& white = sample.white;
+      Light& light = light_[f].emplace_back();
+      light.radiance_rgb =
+          LightOf(white.radiance_rgb, correction, camera.lens_circle.ShareOfCorner(place_px));
+      // A veil adds no noise, but takes its part of what is recorded.
+      const glm::dvec3 veiled = (light.radiance_rgb + correction.veil_rgb) / light.radiance_rgb;
+      light.relative_stddev_rgb =
+          veiled * white.radiance_stddev_rgb / white.radiance_rgb / (1.0 + correction.exponent);
     }
   }
 
   // One camera has one response. It is found under the expected albedos, each plane's off by
   // itself: under albedos that the pictures themselves gave, any response explains them.
   void LearnResponse() {
+    const bool is_known = std::all_of(cameras_.begin(), cameras_.end(), [](const CameraErrors& it) {
+      return !(it.exponent_stddev > 0.0) && !(it.vignetting_stddev > 0.0);
+    });
+    if (is_known) return;
+    FitLights(options_.expected_stddev);
     Hold(&CameraErrors::exponent,
          &CameraErrors::exponent_stddev,
          &LightingFit::exponent,
-         &LightingFit::exponent_stddev);
+         &LightingFit::exponent_stddev,
+         {-kMostResponseExponent, kMostResponseExponent});
     Hold(&CameraErrors::vignetting,
          &CameraErrors::vignetting_stddev,
          &LightingFit::vignetting,
-         &LightingFit::vignetting_stddev);
+         &LightingFit::vignetting_stddev,
+         {0.0, kMostVignetting});
   }
 
   // At the mean over the frames that do not know it; what is expected of them counts once.
   void Hold(double CameraErrors::*value,
             double CameraErrors::*stddev,
             double LightingFit::*fitted,
-            double LightingFit::*fitted_stddev) {
+            double LightingFit::*fitted_stddev,
+            const std::array<double, 2>& range) {
     double information = 0.0;
     double sum = 0.0;
     for (std::size_t f = 0; f < frames_.size(); ++f) {
@@ -196,10 +215,11 @@ class JointFit {
       information += found - expected;
       sum += found * found_.lights[f].*fitted - expected * cameras_[f].*value;
     }
-    constexpr double kHeldStddev = 1e-3;  // 0 would be no error at all.
+    // With the deviation that it has, the albedos found would move it again; 0 would be no error.
+    constexpr double kHeldStddev = 1e-3;
     for (CameraErrors& camera : cameras_) {
       if (!(camera.*stddev > 0.0)) continue;
-      camera.*value = sum / information;
+      camera.*value = std::clamp(sum / information, range[0], range[1]);
       camera.*stddev = kHeldStddev;
     }
   }
@@ -223,12 +243,12 @@ class JointFit {
                     light.covariance(3 * a + channel, 3 * b + channel);
       }
     }
-    const double radiance = light_rgb_[frame][index][channel];
+    const Light& seen = light_[frame][index];
+    const double radiance = seen.radiance_rgb[channel];
     if (!(white > kLeastLight * usual) || !(radiance > 0.0)) return false;
     reading.log_albedo = std::log(radiance / white);
     reading.sky_share = sky / white;
-    reading.variance =
-        variance / Square(white) + Square(sample.white.radiance_stddev_rgb[channel] / radiance);
+    reading.variance = variance / Square(white) + Square(seen.relative_stddev_rgb[channel]);
     return std::isfinite(reading.log_albedo) && std::isfinite(reading.variance);
   }
 

@@ -25,6 +25,10 @@ using LightVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxFitUnknowns,
 using LightMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxFitUnknowns, kMaxFitUnknowns>;
 
+// A curve may be steep, but not upside down. Not even the widest lens has corners much darker.
+inline constexpr double kMostResponseExponent = 0.5;
+inline constexpr double kMostVignetting = 0.6;
+
 // Errors of the camera that all pixels share, noise excluded. Deviations of 0: none.
 struct CameraErrors {
   // Light that is added everywhere (haze, flare in the lens, a wrong black level), as a share of

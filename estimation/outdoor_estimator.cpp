@@ -140,11 +140,11 @@ void HoldSkyToSun(const ClearSkyExpectation& clear_sky,
 
 // Adds an error of sun and of sky, for each channel.
 void Widen(const glm::dvec3& sun_stddev, const glm::dvec3& sky_stddev, LightingFit& fit) {
-  const auto shapes = static_cast<double>(fit.irradiance_rgb.size() / 3 - 1);
+  const Eigen::Index shapes = fit.irradiance_rgb.size() / 3 - 1;
   for (int c = 0; c < 3; ++c) {
     fit.covariance(c, c) += sun_stddev[c] * sun_stddev[c];
     fit.data_covariance(c, c) += sun_stddev[c] * sun_stddev[c];
-    const double of_shape = sky_stddev[c] / shapes;
+    const double of_shape = sky_stddev[c] / static_cast<double>(shapes);
     for (Eigen::Index u = 3 + c; u < fit.irradiance_rgb.size(); u += 3) {
       for (Eigen::Index v = 3 + c; v < fit.irradiance_rgb.size(); v += 3) {
         fit.covariance(u, v) += of_shape * of_shape;

@@ -20,15 +20,16 @@ inline constexpr double kLeastGreen = 0.75;
 
 // Light that is scattered out of the sun's beam comes from the sky, or is lost to both. So sky over
 // sun rises from red to green and from green to blue. Where it is measured well, it rises by 1.1
-// (thin cloud) to 2.2 times (clear, the sun at 20 degrees). This holds in any white balance, as
-// that divides out. A shadow that is redder than the sunlight around it is wrong.
+// (thin cloud) to 2.2 times (clear, the sun at 20 degrees), and by 2.8 at most in air without any
+// haze (clear_sky.h). This holds in any white balance, as that divides out. A shadow that is redder
+// than the sunlight around it is wrong.
 inline constexpr double kLeastRiseOfSkyOverSun = 1.0 / 1.2;
 // From 30 degrees of elevation on.
-inline constexpr double kMostRiseOfSkyOverSun = 2.5;
-// Below, each air mass takes more blue than green out of the beam: Rayleigh's optical depth is 0.22
-// at 450 nm and 0.10 at 550 nm, and haze adds 0.03. A measured sunrise, the sun at 8 degrees, rises
+inline constexpr double kMostRiseOfSkyOverSun = 2.9;
+// Below, each air mass takes more blue than green out of the beam: Rayleigh's optical depth is 0.24
+// at 440 nm and 0.10 at 544 nm, and haze adds 0.03. A measured sunrise, the sun at 8 degrees, rises
 // by 5.0.
-inline constexpr double kMoreRisePerAirMass = 0.15;
+inline constexpr double kMoreRisePerAirMass = 0.17;
 
 // Returns `lighting` with corrected colours; none where the limits above hold already. First,
 // channels of the sky are raised to kLeastSkyChannel of the largest one, with that one's shape.

@@ -84,7 +84,7 @@ struct StageTimes {
   double estimate = 0.0;
   double relight = 0.0;  // Environment map, where the route needs it.
   double probes = 0.0;
-  double render = 0.0;
+  double render = 0.0;  // Drawing, and the camera's response taken out before and put in after it.
   double readback = 0.0;
   double write = 0.0;
 };

@@ -151,7 +151,7 @@ class SelfCalibrator {
     clear_sky.absolute = false;
     added.prior = MakeClimatePrior(clear_sky, static_cast<int>(shapes_.size()));
     SetBeamShape(view.sky_shape_names, clear_sky, added.prior);
-    // One that states its exposure has errors too small to tell from those of the albedos.
+    // A camera that states its exposure has errors too small to distinguish from the albedos'.
     if (frame.units == LightUnits::kRelativePerFrame) {
       added.prior.camera = ExpectedCameraErrors(frame);
     }

@@ -89,9 +89,9 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
   const CameraErrors& camera = prior.camera;
   has_sun = sun_is_up;
   basis_count = sky_shapes + (has_sun ? 1 : 0);
-  // A curve may be steep, but not upside down.
-  static constexpr double kMostExponent = 0.5;
-  const auto possible = [](double any) { return std::clamp(any, -kMostExponent, kMostExponent); };
+  const auto possible = [](double any) {
+    return std::clamp(any, -kMostResponseExponent, kMostResponseExponent);
+  };
   const bool is_unknown = camera.exponent_stddev > 0.0;
   removed_exponent = is_unknown ? possible(exponent) : 0.0;
   exponent_mean =

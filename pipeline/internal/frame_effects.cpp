@@ -159,12 +159,13 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
     rendered.clamped_pixels = ClampToHalf(rendered.composite.radiance);
     return rendered;
   }
-  std::optional<RgbImage> light;
-  if (!lit.response.IsNone() && lit.frame.codes) {
-    light = LightOf(*lit.frame.codes, options_.display_response, lit.response);
-  }
-  const RgbImage& radiance = light ? *light : lit.frame.radiance;
   Stopwatch watch;
+  const bool is_corrected = !lit.response.IsNone() && lit.frame.codes.has_value();
+  if (is_corrected) {
+    LightOf(*lit.frame.codes, options_.display_response, lit.response, corrected_radiance_);
+  }
+  const RgbImage& radiance = is_corrected ? corrected_radiance_ : lit.frame.radiance;
+  const double correcting_ms = watch.LapMs();
   EffectFrame frame = Begin(lit, radiance, steps);
   double once_ms = 0.0;  // Part of planning, in the first frames only.
   if (settings_[Effect::kCameraBlur] != EffectSwitch::kOff) {
@@ -188,7 +189,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
   AddOffers(EffectSet::All().Without(kDecideOnLight), frame, offers);
   std::vector<FrameWork> works;
   for (const Effect effect : kAllEffects) Of(effect).AddWorks(frame, works);
-  const double drawing_ms = kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
+  const double drawing_ms = correcting_ms + kDrawObjectsMs * draw_cost_.Ms() + read_back_cost_.Ms();
   std::optional<double> budget_ms;
   if (settings_.budget_ms) {
     budget_ms = *settings_.budget_ms - lit.spent_ms - (planning_ms - once_ms) - plan_cost_.Ms() -
@@ -204,6 +205,7 @@ RenderedFrame FrameEffects::Render(const LitFrame& lit) {
     if (plan.runs.Has(effect)) Of(effect).Draw(frame, input);
   }
   rendered.composite = Draw(lit, input, rendered.timing_ms);
+  rendered.timing_ms.render += correcting_ms;
   for (FrameWork& work : works) {
     if (!work.finish || !work.offer.IsNeededFor(plan.runs)) continue;
     Stopwatch finishing;
@@ -343,6 +345,7 @@ CompositeInput FrameEffects::InputOf(const LitFrame& lit, const RgbImage& radian
 
 Composite FrameEffects::Draw(const LitFrame& lit, const CompositeInput& input, StageTimes& times) {
   Composite composite = compositor_.Render(input);
+  Stopwatch recording;
   if (&input.camera_radiance != &lit.frame.radiance) {
     const RgbImage& recorded = lit.frame.radiance;
     const LensCircle circle = LensCircle::Of(recorded.width, recorded.height);
@@ -363,6 +366,7 @@ Composite FrameEffects::Draw(const LitFrame& lit, const CompositeInput& input, S
       }
     });
   }
+  composite.draw_ms += recording.LapMs();
   times.render = composite.draw_ms;
   times.readback = composite.readback_ms;
   return composite;

@@ -92,6 +92,7 @@ class FrameEffects {
   std::array<std::unique_ptr<FrameEffect>, kEffectCount> effects_;  // By Effect.
   FrameBasis basis_;
   DisplayCodes codes_;
+  RgbImage corrected_radiance_;  // Light of the last frame that was corrected.
   bool has_corrected_codes_ = false;
   std::optional<double> chosen_exposure_;  // For frames without one.
   CameraMatching camera_matching_;

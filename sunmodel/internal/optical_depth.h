@@ -7,10 +7,10 @@
 
 namespace pleinair {
 
-// Light of one wavelength that stands for a channel of linear sRGB, in which pictures are. Red lies
-// beyond its primary, and blue before its own: in them blue-green light counts as less than none.
-// With these and the ozone of clear_sky.cpp, beam and diffuse light of the spectral model agree to
-// 2 % (rms) with the same model integrated over the CIE's 1931 observer and turned into linear sRGB
+// Light of one wavelength that stands for a channel of linear sRGB, as pictures have it. Red and
+// blue count blue-green light negatively, so theirs lie outside of the channels' middles. With
+// these and the ozone of clear_sky.cpp, beam and diffuse light of the spectral model agree to 2 %
+// (rms) with the same model integrated over the CIE's 1931 observer and turned into linear sRGB
 // (IEC 61966-2-1), for suns 10 to 60 degrees high and haze of 0.03 to 0.35.
 inline constexpr std::array<double, 3> kBandWavelengthUm{0.646, 0.544, 0.440};
 

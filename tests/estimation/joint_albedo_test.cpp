@@ -163,7 +163,12 @@ TEST(JointAlbedo, FindsTheResponseOfACameraThatIsNotKnown) {
     }
     return largest;
   };
-  EXPECT_LT(largest_error(FitAlbedoAndLight(day, kGrey)), 0.2);
+  const JointAlbedo found = FitAlbedoAndLight(day, kGrey);
+  EXPECT_LT(largest_error(found), 0.2);
+  for (const LightingFit& light : found.lights) {
+    EXPECT_NEAR(light.exponent, kExponent, 0.04);
+    EXPECT_NEAR(light.vignetting, kVignetting, 0.05);
+  }
   EXPECT_GT(largest_error(FitAlbedoAndLight(unaware, kGrey)), 0.4);
 }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "sunmodel/angles.h"
+#include "sunmodel/clear_sky.h"
 
 namespace pleinair::daylight_colours_test {
 namespace {
@@ -37,6 +38,19 @@ TEST(DaylightColours, OfDaylightAreLeftAlone) {
   EXPECT_FALSE(WithDaylightColours(LightOf({0, 0, 0}, {0, 0, 0}, {0, 0, 0})));
   EXPECT_FALSE(WithDaylightColours(LightOf({30, 7, 0.3}, {9, 10, 12}, {0, 0, 0}, 0.5)));
   EXPECT_FALSE(WithDaylightColours(LightOf({1, 0, 0}, {90, 95, 100}, {0, 0, 0})));
+}
+
+// Colours of the model's clear skies, from clear air to thick haze.
+TEST(DaylightColours, OfClearSkiesAreLeftAlone) {
+  for (const double haze : {0.03, 0.084, 0.2, 0.35}) {
+    for (const double elevation_deg : {8.0, 12.0, 20.0, 30.0, 45.0, 60.0, 80.0}) {
+      const ClearSkyIrradiance sky =
+          ComputeClearSky({}, RadFromDeg(elevation_deg), {.aerosol_optical_depth_500nm = haze});
+      EXPECT_FALSE(WithDaylightColours(
+          LightOf(sky.beam_rgb, glm::dvec3(0.0), sky.diffuse_rgb, elevation_deg)))
+          << haze << ", " << elevation_deg;
+    }
+  }
 }
 
 TEST(DaylightColours, RaiseAVanishedChannelOfTheSkyInTheShapeOfTheLargest) {
@@ -71,9 +85,9 @@ TEST(DaylightColours, ShadowsAreNeverRedderThanSunlight) {
 }
 
 TEST(DaylightColours, ShadowsAreNoBluerThanTheAirMakesThem) {
-  const auto high = WithDaylightColours(LightOf({600, 600, 600}, {1, 10, 160}, {0, 0, 0}, 60.0));
+  const auto high = WithDaylightColours(LightOf({600, 600, 480}, {1, 10, 160}, {0, 0, 0}, 60.0));
   ASSERT_TRUE(high);
-  EXPECT_NEAR(high->SkyIrradianceRgb().g, 160.0 / 2.5, 1e-6);
+  EXPECT_NEAR(high->SkyIrradianceRgb().g, 160.0 * 600.0 / 480.0 / 2.9, 1e-6);
   EXPECT_NEAR(high->SkyIrradianceRgb().r, 0.25 * 160.0, 1e-6);  // As a sky by itself.
   EXPECT_EQ(high->SkyIrradianceRgb().b, 160.0);
   // A low sun's beam may have lost far more of its blue.

@@ -135,7 +135,8 @@ TEST(ResponseCorrection, LightIsTheInverseOfWhatIsRecorded) {
     codes.pixels[i] = glm::u8vec3(255 - i, 60 + i, 128);
   }
   const ResponseCurve srgb = ResponseCurve::Srgb();
-  const RgbImage light = LightOf(codes, srgb, response);
+  RgbImage light(16, 12, glm::vec3(9.0f));  // Of another picture.
+  LightOf(codes, srgb, response, light);
   const LensCircle circle = LensCircle::Of(16, 12);
   EXPECT_DOUBLE_EQ(circle.ShareOfCorner({16.0, 0.0}), 1.0);
   EXPECT_DOUBLE_EQ(circle.ShareOfCorner({8.0, 6.0}), 0.0);
@@ -147,8 +148,9 @@ TEST(ResponseCorrection, LightIsTheInverseOfWhatIsRecorded) {
     }
   }
   // What is darker than the veil is black, not negative.
-  const RgbImage black = LightOf(Rgb8Image(2, 2, glm::u8vec3(0)), srgb, response);
-  EXPECT_EQ(black.At(0, 0), glm::vec3(0.0f));
+  LightOf(Rgb8Image(2, 2, glm::u8vec3(0)), srgb, response, light);
+  ASSERT_EQ(light.pixels.size(), 4u);
+  EXPECT_EQ(light.At(1, 1), glm::vec3(0.0f));
 }
 
 // Codes of grey light are those of the picture that is recorded of it.

@@ -129,7 +129,8 @@ glm::dvec3 LinearSrgbResponse(double wavelength_um) {
   return rgb_from_xyz * xyz;
 }
 
-// Of the rows, over `response`, with the trapezoid rule's widths; a channel each.
+// Integral of a column of the rows over `response`, with the trapezoid rule's widths; a channel
+// each.
 template <typename Column, typename Response>
 glm::dvec3 Integral(const std::vector<SpectrumRow>& spectrum,
                     const Column& column,
@@ -226,8 +227,8 @@ TEST(ClearSky, AgreesWithAMeasuredClearDay) {
     const double above = kSolarConstantWm2 / (sun.distance_au * sun.distance_au);
     const double red_depth = -std::log(sky.beam_rgb.x / above);
     const double blue_depth = -std::log(sky.beam_rgb.z / above);
-    constexpr double kRedUm = 0.646;
-    const double log_bands = std::log(kRedUm / 0.440);
+    constexpr double kRedUm = kBandWavelengthUm[0];
+    const double log_bands = std::log(kRedUm / kBandWavelengthUm[2]);
     const double depth_power = std::log(blue_depth / red_depth) / log_bands;
     const double sky_power = std::log(sky.diffuse_rgb.z / sky.diffuse_rgb.x) / log_bands;
     const double beam = above * BroadbandShare(spectrum, [&](double um) {
