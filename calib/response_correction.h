@@ -40,8 +40,8 @@ struct ResponseCorrection {
 glm::dvec3 LightOf(const glm::dvec3& recorded,
                    const ResponseCorrection& correction,
                    double share_of_corner);
-// The same of a picture, all pixels. `light` keeps its memory where it has the picture's size: new memory takes
-// as long as the work.
+// The same of a picture, all pixels. `light` keeps its memory where it has the picture's size: new
+// memory takes as long as the work.
 void LightOf(const Rgb8Image& codes,
              const ResponseCurve& response,
              const ResponseCorrection& correction,

@@ -1,5 +1,5 @@
-// Direct and diffuse irradiance of a cloudless sky, in the channels of linear sRGB, each relative to
-// the sun's light above the atmosphere.
+// Direct and diffuse irradiance of a cloudless sky, in the channels of linear sRGB, each relative
+// to the sun's light above the atmosphere.
 #pragma once
 
 #include <glm/vec3.hpp>
