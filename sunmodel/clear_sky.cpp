@@ -7,6 +7,7 @@
 #include <string>
 
 #include "sunmodel/angles.h"
+#include "sunmodel/internal/clear_sky_bands.h"
 #include "sunmodel/internal/number_text.h"
 #include "sunmodel/internal/optical_depth.h"
 #include "sunmodel/refraction.h"
@@ -20,10 +21,6 @@ constexpr double kDiscDiameterDeg = 0.533;
 // (Glossary of Meteorology, AMS, "civil twilight"): ln(490 / 2.65) / 5.17 deg.
 constexpr double kTwilightPerDeg = 1.01;
 
-struct Band {
-  double wavelength_um;
-  double ozone_per_atm_cm;  // Absorption coefficient: the source's, over the channel.
-};
 constexpr std::array<Band, 3> kBands{
     {{kBandWavelengthUm[0], 0.126}, {kBandWavelengthUm[1], 0.079}, {kBandWavelengthUm[2], 0.003}}};
 
@@ -97,6 +94,13 @@ void ClearSkyConditions::Validate() const {
 ClearSkyIrradiance ComputeClearSky(const Site& site,
                                    double apparent_elevation_rad,
                                    const ClearSkyConditions& conditions) {
+  return ComputeClearSkyAt(kBands, site, apparent_elevation_rad, conditions);
+}
+
+ClearSkyIrradiance ComputeClearSkyAt(const std::array<Band, 3>& bands,
+                                     const Site& site,
+                                     double apparent_elevation_rad,
+                                     const ClearSkyConditions& conditions) {
   site.Validate();
   conditions.Validate();
   const double air_mass = RelativeAirMass(apparent_elevation_rad);
@@ -114,7 +118,7 @@ ClearSkyIrradiance ComputeClearSky(const Site& site,
   ClearSkyIrradiance sky;
   for (int c = 0; c < 3; ++c) {
     const Transmittances t =
-        TransmittancesAt(kBands[c], air_mass, ozone_mass, pressure_hpa, conditions);
+        TransmittancesAt(bands[c], air_mass, ozone_mass, pressure_hpa, conditions);
     const double beam = above_wm2 * t.rayleigh * t.ozone * t.aerosol_scattering *
                         t.aerosol_absorption * BeamFade(elevation_deg);
     const double lit = above_wm2 * cos_zenith * t.ozone * t.aerosol_absorption;
@@ -122,7 +126,7 @@ ClearSkyIrradiance ComputeClearSky(const Site& site,
     const double from_aerosol = lit * std::pow(t.rayleigh, 1.5) * (1.0 - t.aerosol_scattering) *
                                 AerosolForwardShare(cos_zenith);
     const double back = SkyReflectance(TransmittancesAt(
-                            kBands[c], kUpwardAirMass, kUpwardAirMass, pressure_hpa, conditions)) *
+                            bands[c], kUpwardAirMass, kUpwardAirMass, pressure_hpa, conditions)) *
                         conditions.ground_albedo;
     const double down = beam * sin_elevation + from_air + from_aerosol;
     sky.beam_rgb[c] = beam;
