@@ -78,4 +78,22 @@ ResponseCorrection CorrectionOf(const CameraErrors& camera,
   return correction;
 }
 
+LearnedError WithEvidence(const LearnedError& known,
+                          const LearnedError& expected,
+                          const LearnedError& found,
+                          double part) {
+  if (!(known.stddev > 0.0) || !(expected.stddev > 0.0) || !(found.stddev > 0.0)) return known;
+  const auto information_of = [](double stddev) { return 1.0 / (stddev * stddev); };
+  const double of_known = information_of(known.stddev);
+  const double of_expected = information_of(expected.stddev);
+  const double of_found = information_of(found.stddev);
+  if (!(of_found > of_expected)) return known;
+  const double information = of_known + part * (of_found - of_expected);
+  const double weighted =
+      of_known * known.value + part * (of_found * found.value - of_expected * expected.value);
+  // Errors of albedo that depend on brightness look like a response, the same in every frame.
+  constexpr double kLeastStddev = 0.005;
+  return {weighted / information, std::max(1.0 / std::sqrt(information), kLeastStddev)};
+}
+
 }  // namespace pleinair

@@ -20,4 +20,17 @@ ResponseCorrection CorrectionOf(const CameraErrors& camera,
                                 const LightingFit& fit,
                                 const glm::dvec3& unit_rgb);
 
+// One of the camera's errors, as known so far.
+struct LearnedError {
+  double value = 0.0;
+  double stddev = 0.0;  // 0: not an unknown.
+};
+
+// What is known after a fit that began with `expected` and ended with `found`: its own evidence is
+// the difference of both, of which the share `part` counts in addition to `known`.
+LearnedError WithEvidence(const LearnedError& known,
+                          const LearnedError& expected,
+                          const LearnedError& found,
+                          double part);
+
 }  // namespace pleinair

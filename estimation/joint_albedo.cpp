@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -163,8 +164,8 @@ class JointFit {
     const ResponseCorrection correction = CorrectionOf(camera, found_.lights[f], glm::dvec3(1.0));
     light_[f].clear();
     for (const AlbedoSample& sample : frames_[f].samples) {
-      const glm::dvec2 place_px = glm::dvec2(sample.white.pixel) + 0.5;
       const DiffuseSample& white = sample.white;
+      const glm::dvec2 place_px = glm::dvec2(white.pixel) + 0.5;
       Light& light = light_[f].emplace_back();
       light.radiance_rgb =
           LightOf(white.radiance_rgb, correction, camera.lens_circle.ShareOfCorner(place_px));
@@ -201,25 +202,20 @@ class JointFit {
             double LightingFit::*fitted,
             double LightingFit::*fitted_stddev,
             const std::array<double, 2>& range) {
-    double information = 0.0;
-    double sum = 0.0;
+    std::optional<LearnedError> known;
     for (std::size_t f = 0; f < frames_.size(); ++f) {
-      if (!(cameras_[f].*stddev > 0.0)) continue;
-      const double expected = 1.0 / Square(cameras_[f].*stddev);
-      const double found = 1.0 / Square(found_.lights[f].*fitted_stddev);
-      if (information == 0.0) {
-        information = expected;
-        sum = expected * cameras_[f].*value;
-      }
-      if (!(found > expected) || !std::isfinite(found)) continue;
-      information += found - expected;
-      sum += found * found_.lights[f].*fitted - expected * cameras_[f].*value;
+      const LearnedError expected{cameras_[f].*value, cameras_[f].*stddev};
+      if (!(expected.stddev > 0.0)) continue;
+      const LightingFit& fit = found_.lights[f];
+      known =
+          WithEvidence(known.value_or(expected), expected, {fit.*fitted, fit.*fitted_stddev}, 1.0);
     }
+    if (!known) return;
     // With the deviation that it has, the albedos found would move it again; 0 would be no error.
     constexpr double kHeldStddev = 1e-3;
     for (CameraErrors& camera : cameras_) {
       if (!(camera.*stddev > 0.0)) continue;
-      camera.*value = std::clamp(sum / information, range[0], range[1]);
+      camera.*value = std::clamp(known->value, range[0], range[1]);
       camera.*stddev = kHeldStddev;
     }
   }

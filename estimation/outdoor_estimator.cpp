@@ -399,27 +399,12 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
                                   Seconds(response_->time.time_since_epoch()).count());
     part = std::min(1.0, gap_s / kOtherLightS);
   }
-  response_ = Response{
-      LearnFrom({expected.vignetting, expected.vignetting_stddev},
-                {fit.vignetting, fit.vignetting_stddev},
-                part),
-      LearnFrom(
-          {expected.exponent, expected.exponent_stddev}, {fit.exponent, fit.exponent_stddev}, part),
-      time};
-}
-
-OutdoorEstimator::Learned OutdoorEstimator::LearnFrom(const Learned& before,
-                                                      const Learned& after,
-                                                      double part) {
-  if (!(before.stddev > 0.0) || !(after.stddev > 0.0)) return before;
-  const double known = 1.0 / (before.stddev * before.stddev);
-  const double found = 1.0 / (after.stddev * after.stddev);
-  const double information = known + part * std::max(0.0, found - known);
-  const double weighted =
-      known * before.value + part * (found * after.value - known * before.value);
-  // Errors of albedo that depend on brightness look like a response, the same in every frame.
-  constexpr double kLeastStddev = 0.005;
-  return {weighted / information, std::max(1.0 / std::sqrt(information), kLeastStddev)};
+  const LearnedError vignetting{expected.vignetting, expected.vignetting_stddev};
+  const LearnedError exponent{expected.exponent, expected.exponent_stddev};
+  response_ =
+      Response{WithEvidence(vignetting, vignetting, {fit.vignetting, fit.vignetting_stddev}, part),
+               WithEvidence(exponent, exponent, {fit.exponent, fit.exponent_stddev}, part),
+               time};
 }
 
 void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit, double trust) {

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 #include <tl/expected.hpp>
 
+#include "estimation/camera_errors.h"
 #include "estimation/diffuse_sample.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_source.h"
@@ -52,16 +53,11 @@ class OutdoorEstimator {
   ClearSkyExpectation last_clear_sky_;  // That belief_ holds under.
   double climate_gain_ = 1.0;
   // The camera's response as learned from earlier pictures, and the time of the last one.
-  struct Learned {
-    double value = 0.0;
-    double stddev = 0.0;
-  };
   struct Response {
-    Learned vignetting;
-    Learned exponent;
+    LearnedError vignetting;
+    LearnedError exponent;
     UtcTime time{};
   };
-  static Learned LearnFrom(const Learned& before, const Learned& after, double part);
   std::optional<Response> response_;
 
   struct Expectation {
