@@ -41,8 +41,12 @@ std::vector<SweepAxis> ChosenAxes(const std::vector<std::string>& names, const S
         axes.begin(), axes.end(), [&](const SweepAxis& axis) { return axis.setting == name; });
     if (is_there) continue;
     std::string all;
-    for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ",").append(axis.setting);
-    throw std::invalid_argument(fmt::format("--sweep {}: this sequence has {}", name, all));
+    for (const SweepAxis& axis : axes) all.append(all.empty() ? "" : ", ").append(axis.setting);
+    throw std::invalid_argument(
+        fmt::format("--sweep {}: expected front, {}, or settings of this sequence: {}",
+                    name,
+                    kImperfectionSweep,
+                    all));
   }
   std::erase_if(axes, [&](const SweepAxis& axis) {
     return std::find(names.begin(), names.end(), axis.setting) == names.end();
@@ -156,7 +160,7 @@ std::vector<ImperfectionDial> ChosenImperfections(const std::vector<std::string>
   throw std::invalid_argument(
       fmt::format("--sweep {}: expected settings alone, or imperfections alone: {}",
                   fmt::join(names, ","),
-                  fmt::join(expected, ",")));
+                  fmt::join(expected, ", ")));
 }
 
 std::string SweepImperfections(const TradeoffCommandOptions& options,

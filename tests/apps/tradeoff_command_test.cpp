@@ -83,9 +83,9 @@ TEST_F(TradeoffCommand, RefusesWhatItCannotSweep) {
   const auto refusal = [](const TradeoffCommandOptions& options) {
     return Refusal(RunTradeoffCommand, options);
   };
-  EXPECT_THAT(
-      refusal(Quick({"light.samples", "colour"})),
-      AllOf(HasSubstr("--sweep colour: "), HasSubstr("light.samples,light.choice,light.fit.loss")));
+  EXPECT_THAT(refusal(Quick({"light.samples", "colour"})),
+              AllOf(HasSubstr("--sweep colour: "),
+                    HasSubstr("light.samples, light.choice, light.fit.loss")));
   EXPECT_THAT(refusal(Quick({"sky_regions"})), HasSubstr("--sweep sky_regions"))
       << "there is no fish-eye outdoors";
   EXPECT_THAT(
