@@ -17,7 +17,6 @@
 #include "relight/survey/internal/shadow_pairs.h"
 #include "relight/survey/internal/shadow_side.h"
 #include "relight/survey/internal/survey_albedo.h"
-#include "relight/survey/internal/survey_haze.h"
 #include "relight/survey/internal/survey_light.h"
 #include "relight/survey/internal/survey_skyline.h"
 #include "relight/survey/internal/unmodelled_shade.h"
@@ -46,20 +45,19 @@ double SunSeenFrom(const SurveyMap& map, const PatchScene& scene, int samples) {
 }
 
 // Prior of the sun, before the shadows are used; `light` is that of the map alone.
-SunPrior PriorOf(const SurveyLight& light, const SurveyMap& map) {
+SunPrior PriorOf(const SurveyLight& light) {
   // The air's own: of clear skies, whose haze varies, and of the camera's colours.
   constexpr double kHueLogStddev = 0.12;
   // Where the map's disc may be cut or faint, any sun.
   constexpr double kAnySunLogStddev = 1.5;
   // Behind a building the sky may be covered: about as often as not.
   constexpr double kChanceOfNone = 0.5;
-  const glm::dvec3 clear_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
   if (light.sun_origin != SunOrigin::kClearSky) {
-    return {clear_beam_rgb, kAnySunLogStddev, 2.0 * kHueLogStddev};
+    return {light.clear_sky_beam_rgb, kAnySunLogStddev, 2.0 * kHueLogStddev};
   }
   const double relative =
       MeanOf(light.sun_irradiance_stddev_rgb) / MeanOf(light.sun_irradiance_rgb);
-  return {clear_beam_rgb,
+  return {light.clear_sky_beam_rgb,
           std::sqrt(std::max(relative * relative - kHueLogStddev * kHueLogStddev, 0.0)),
           kHueLogStddev,
           light.sun_hidden ? kChanceOfNone : 0.0};
@@ -112,6 +110,16 @@ void NoteSkyline(const Skyline& skyline, SurveyLight& light) {
                 "survey map: things that the mesh lacks hide %.1f %% of the light of an even sky "
                 "from level ground",
                 100.0 * hidden);
+  light.notes.emplace_back(text);
+}
+
+void NoteHaze(SurveyLight& light) {
+  if (!light.aerosol_optical_depth_500nm) return;
+  char text[96];
+  std::snprintf(text,
+                sizeof(text),
+                "survey map: clear skies are taken to be as hazy as its own: %.2f at 500 nm",
+                *light.aerosol_optical_depth_500nm);
   light.notes.emplace_back(text);
 }
 
@@ -247,17 +255,7 @@ Survey MakeSurvey(const SurveyMap& map,
   scene.skyline = SkylineOf(map.radiance, hidden, survey.light.sky_irradiance_rgb);
   survey.skyline = scene.skyline;
   NoteSkyline(survey.skyline, survey.light);
-
-  survey.light.aerosol_optical_depth_500nm =
-      MeasureAerosolDepth(map.radiance, shows_sky, survey.light.sun_direction_enu);
-  if (survey.light.aerosol_optical_depth_500nm) {
-    char text[96];
-    std::snprintf(text,
-                  sizeof(text),
-                  "survey map: clear skies are taken to be as hazy as its own: %.2f at 500 nm",
-                  *survey.light.aerosol_optical_depth_500nm);
-    survey.light.notes.emplace_back(text);
-  }
+  NoteHaze(survey.light);
 
   const SunDisc disc(
       survey.light.sun_direction_enu, map.sun_angular_radius_rad, options.sun_disc_samples);
@@ -292,7 +290,7 @@ Survey MakeSurvey(const SurveyMap& map,
   constexpr int kMostTurns = 5;
   constexpr double kPartOfTheWay = 0.65;
   constexpr double kSettled = 5e-3;
-  const SunPrior prior = PriorOf(survey.light, map);
+  const SunPrior prior = PriorOf(survey.light);
   const bool is_hidden = survey.light.sun_hidden;
   std::optional<SunFromShadows> shadows;
   for (int turn = 0; turn < kMostTurns && survey.light.sun_origin != SunOrigin::kNone; ++turn) {

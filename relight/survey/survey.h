@@ -34,8 +34,8 @@ struct SurveyMap {
   glm::dvec3 sun_direction_enu{0.0, 0.0, 1.0};  // Apparent, at the time of the map.
   double sun_angular_radius_rad = kMeanSunAngularRadiusRad;
   std::optional<UtcTime> time = std::nullopt;  // For callers that compare its light with a frame's.
-  // Clear-sky beam over horizontal diffuse at that time, per channel, for a map that does not show
-  // the entire disc.
+  // Clear-sky beam over horizontal diffuse at that time, per channel, under the standard haze, for
+  // a map that does not show the entire disc.
   glm::dvec3 clear_sky_beam_to_diffuse_rgb{0.0};
   Misplacement misplacement = {};
   // Throws std::invalid_argument naming the field and its value.
@@ -63,6 +63,9 @@ struct SurveyLight {
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
+  // The beam, normal to it, that goes with the map's sky: the clear-sky model's for its haze and
+  // for the sky between its clouds, as far as these can be told.
+  glm::dvec3 clear_sky_beam_rgb{0.0};
   // Haze of the map's sky at 500 nm. None where the sky does not determine it.
   std::optional<double> aerosol_optical_depth_500nm;
   // Lat-long, without the disc, what buildings and the skyline hide filled in, black below the

@@ -10,15 +10,19 @@
 #include <vector>
 
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 #include "relight/survey/internal/map_pixels.h"
 #include "relight/survey/internal/sky_completion.h"
+#include "relight/survey/internal/survey_clear_sky.h"
 #include "scene/angle_between.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
 #include "scene/upper_median.h"
+#include "sunmodel/clear_sky.h"
+#include "sunmodel/site.h"
 
 namespace pleinair {
 namespace {
@@ -281,11 +285,34 @@ std::vector<MapPixel> TakeOutDisc(const SurveyMap& map,
   return window;
 }
 
+// What the map's sky says of a beam that it does not show. Clouds add to the sky's light, and haze
+// does so at the beam's cost.
+void MeasureClearBeam(const SurveyMap& map, const Gray8Image& shows_sky, SurveyLight& light) {
+  // Of the logarithm of what the sky's haze makes of beam over diffuse. The sky's shape gives
+  // ln(depth + 0.03) to 0.65 (four maps whose disc gives it, too); clear days differ by 0.5.
+  constexpr double kHazeTrust = 0.4;
+  light.clear_sky_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
+  const auto clear = MeasureClearSky(map.radiance, shows_sky, light.sun_direction_enu);
+  if (!clear) return;
+  light.aerosol_optical_depth_500nm = clear->aerosol_optical_depth_500nm;
+  if (!clear->irradiance_rgb) return;
+  const double elevation_rad = std::asin(std::clamp(light.sun_direction_enu.z, -1.0, 1.0));
+  const auto beam_to_diffuse = [&](double depth) {
+    const ClearSkyIrradiance sky =
+        ComputeClearSky({}, elevation_rad, {.aerosol_optical_depth_500nm = depth});
+    return sky.beam_rgb / sky.diffuse_rgb;
+  };
+  const glm::dvec3 standard = beam_to_diffuse(kStandardAerosolDepth500nm);
+  if (!(std::min({standard.x, standard.y, standard.z}) > 0.0)) return;  // On the horizon.
+  const glm::dvec3 by_haze = beam_to_diffuse(clear->aerosol_optical_depth_500nm) / standard;
+  light.clear_sky_beam_rgb = *clear->irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb *
+                             glm::pow(by_haze, glm::dvec3(kHazeTrust));
+}
+
 bool IsClipped(const SurveyMap& map,
                const Gray8Image& shows_sky,
                const std::vector<MapPixel>& window,
-               const SurveyLight& light,
-               const glm::dvec3& clear_beam_rgb) {
+               const SurveyLight& light) {
   glm::dvec3 whole_sky_median(0.0);
   for (int channel = 0; channel < 3; ++channel) {
     whole_sky_median[channel] = UpperMedian(SkyValues(map.radiance, shows_sky, channel));
@@ -294,8 +321,11 @@ bool IsClipped(const SurveyMap& map,
   const int most_fully_covered =
       MostFullyCovered(map.sun_angular_radius_rad, elevation_rad, SizeOf(map.radiance));
   return HasFlatTop(map.radiance, window, whole_sky_median, most_fully_covered) ||
-         IsCutToOneLevel(
-             map.radiance, window, whole_sky_median, light.sun_irradiance_rgb, clear_beam_rgb);
+         IsCutToOneLevel(map.radiance,
+                         window,
+                         whole_sky_median,
+                         light.sun_irradiance_rgb,
+                         light.clear_sky_beam_rgb);
 }
 
 }  // namespace
@@ -328,10 +358,10 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
 
   CompleteSky(shows_sky, light.sky_radiance);
   light.sky_irradiance_rgb = HorizontalIrradiance(light.sky_radiance);
-  const glm::dvec3 clear_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
   if (sun_up) {
+    MeasureClearBeam(map, shows_sky, light);
     constexpr double kSignificant = 5.0;
-    if (IsClipped(map, shows_sky, window, light, clear_beam_rgb)) {
+    if (IsClipped(map, shows_sky, window, light)) {
       unmeasured_relative_stddev = kShiningRelativeStddev;
       light.notes.emplace_back("survey map: the sun's disc is clipped");
     } else if (sun_seen < 0.5 && !(MeanOf(light.sun_irradiance_rgb) >
@@ -344,8 +374,8 @@ SurveyLight MeasureSurveyLight(const SurveyMap& map, const Gray8Image& shows_sky
   if (unmeasured_relative_stddev > 0.0) {
     light.sun_clipped = true;
     light.sun_origin = SunOrigin::kClearSky;
-    light.sun_irradiance_rgb = clear_beam_rgb;
-    light.sun_irradiance_stddev_rgb = unmeasured_relative_stddev * clear_beam_rgb;
+    light.sun_irradiance_rgb = light.clear_sky_beam_rgb;
+    light.sun_irradiance_stddev_rgb = unmeasured_relative_stddev * light.clear_sky_beam_rgb;
   }
   if (!(MeanOf(light.sky_irradiance_rgb) > 0.0)) {
     light.notes.emplace_back("survey map: it shows no light from the sky");

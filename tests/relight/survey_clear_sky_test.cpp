@@ -1,4 +1,4 @@
-#include "relight/survey/internal/survey_haze.h"
+#include "relight/survey/internal/survey_clear_sky.h"
 
 #include <cmath>
 #include <cstdint>
@@ -7,9 +7,10 @@
 #include <glm/geometric.hpp>
 
 #include "scene/lat_long.h"
+#include "scene/sky_shape.h"
 #include "sunmodel/sky_luminance.h"
 
-namespace pleinair::survey_haze_test {
+namespace pleinair::survey_clear_sky_test {
 namespace {
 
 const glm::dvec3 kSunEnu = glm::normalize(glm::dvec3(0.5, -0.6, 0.7));
@@ -56,21 +57,43 @@ Gray8Image UpperHemisphere() {
   return shows_sky;
 }
 
-TEST(SurveyHaze, IsFoundBetweenCloudsAndThinVeils) {
+TEST(SurveyClearSky, ItsHazeIsFoundBetweenCloudsAndThinVeils) {
   for (const double depth : {0.0, kStandardAerosolDepth500nm, 0.27}) {
     for (const double clouds : {0.0, 0.2}) {
-      const auto found = MeasureAerosolDepth(
-          MakeSky({.depth = depth, .clouds = clouds}), UpperHemisphere(), kSunEnu);
+      const auto found =
+          MeasureClearSky(MakeSky({.depth = depth, .clouds = clouds}), UpperHemisphere(), kSunEnu);
       ASSERT_TRUE(found);
       // To the next step of the depths that are tried.
-      EXPECT_GE(*found, 0.6 * depth) << depth << " " << clouds;
-      EXPECT_LE(*found, 1.5 * depth + 0.01) << depth << " " << clouds;
+      EXPECT_GE(found->aerosol_optical_depth_500nm, 0.6 * depth) << depth << " " << clouds;
+      EXPECT_LE(found->aerosol_optical_depth_500nm, 1.5 * depth + 0.01) << depth << " " << clouds;
     }
   }
 }
 
 // The share of it that a survey's walls leave is enough.
-TEST(SurveyHaze, IsFoundInPartOfTheSky) {
+// Clouds add a seventh.
+TEST(SurveyClearSky, ItsLightIsFoundBetweenClouds) {
+  const glm::dvec3 cloudless = HorizontalIrradiance(MakeSky({}));
+  const RgbImage cloudy = MakeSky({.clouds = 0.2});
+  const auto found = MeasureClearSky(cloudy, UpperHemisphere(), kSunEnu);
+  ASSERT_TRUE(found && found->irradiance_rgb);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_GT(HorizontalIrradiance(cloudy)[c], 1.1 * cloudless[c]);
+    EXPECT_NEAR((*found->irradiance_rgb)[c], cloudless[c], 0.05 * cloudless[c]);
+  }
+}
+
+TEST(SurveyClearSky, ItsLightIsNotClaimedWhereMostOfTheSkyIsSomethingElse) {
+  RgbImage sky = MakeSky({.clouds = 0.5});
+  for (int y = 0; y < kSize.height; ++y) {
+    for (int x = 0; x < kSize.width / 3; ++x) sky.At(x, y) *= 0.3f;  // A wall that the mesh lacks.
+  }
+  const auto found = MeasureClearSky(sky, UpperHemisphere(), kSunEnu);
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->irradiance_rgb);
+}
+
+TEST(SurveyClearSky, IsFoundInPartOfTheSky) {
   Gray8Image shows_sky = UpperHemisphere();
   for (int y = 0; y < kSize.height; ++y) {
     for (int x = 0; x < kSize.width / 2; ++x) shows_sky.At(x, y) = 0;
@@ -79,22 +102,27 @@ TEST(SurveyHaze, IsFoundInPartOfTheSky) {
   for (int y = 0; y < kSize.height; ++y) {
     for (int x = 0; x < kSize.width / 2; ++x) sky.At(x, y) = glm::vec3(50.0f);  // A wall.
   }
-  EXPECT_EQ(MeasureAerosolDepth(sky, shows_sky, kSunEnu), 0.0);
+  const auto found = MeasureClearSky(sky, shows_sky, kSunEnu);
+  ASSERT_TRUE(found && found->irradiance_rgb);
+  EXPECT_EQ(found->aerosol_optical_depth_500nm, 0.0);
+  const glm::dvec3 whole = HorizontalIrradiance(MakeSky({.depth = 0.0}));
+  EXPECT_NEAR(found->irradiance_rgb->y, whole.y, 0.05 * whole.y);
 }
 
-TEST(SurveyHaze, IsTheStandardOneWhereTheSkyDoesNotDetermineIt) {
+TEST(SurveyClearSky, ItsHazeIsTheStandardOneWhereTheSkyDoesNotDetermineIt) {
   const MadeUpSky overcast{.clear = 0.0, .uniform = 0.0, .overcast = 1.0};
-  EXPECT_EQ(MeasureAerosolDepth(MakeSky(overcast), UpperHemisphere(), kSunEnu),
-            kStandardAerosolDepth500nm);
+  const auto found = MeasureClearSky(MakeSky(overcast), UpperHemisphere(), kSunEnu);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->aerosol_optical_depth_500nm, kStandardAerosolDepth500nm);
 }
 
-TEST(SurveyHazeHardCases, IsUnknownWithoutSkyWithoutSunAndAtNight) {
+TEST(SurveyClearSkyHardCases, IsUnknownWithoutSkyWithoutSunAndAtNight) {
   const RgbImage sky = MakeSky({});
-  EXPECT_FALSE(MeasureAerosolDepth(sky, Gray8Image(kSize.width, kSize.height, 0), kSunEnu));
-  EXPECT_FALSE(MeasureAerosolDepth(sky, UpperHemisphere(), {0.0, 1.0, 0.0}));
-  EXPECT_FALSE(MeasureAerosolDepth(
+  EXPECT_FALSE(MeasureClearSky(sky, Gray8Image(kSize.width, kSize.height, 0), kSunEnu));
+  EXPECT_FALSE(MeasureClearSky(sky, UpperHemisphere(), {0.0, 1.0, 0.0}));
+  EXPECT_FALSE(MeasureClearSky(
       RgbImage(kSize.width, kSize.height, glm::vec3(0.0f)), UpperHemisphere(), kSunEnu));
 }
 
 }  // namespace
-}  // namespace pleinair::survey_haze_test
+}  // namespace pleinair::survey_clear_sky_test
