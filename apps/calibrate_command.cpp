@@ -297,10 +297,20 @@ std::string RunCalibrateMerge(const CalibrateMergeOptions& options) {
   const auto count = [](const Gray8Image& flags) {
     return std::count(flags.pixels.begin(), flags.pixels.end(), std::uint8_t{1});
   };
-  return Line("%zu pictures; clipped in all of them: %td pixels; at the noise floor: %td pixels",
-              options.pictures.size(),
-              count(merged.clipped),
-              count(merged.at_noise_floor));
+  std::string report =
+      Line("%zu pictures; clipped in all of them: %td pixels; at the noise floor: %td pixels",
+           options.pictures.size(),
+           count(merged.clipped),
+           count(merged.at_noise_floor));
+  constexpr double kMostDifference = 0.3;  // Above, no curve of a camera explains it.
+  if (merged.median_difference > kMostDifference) {
+    report += Line(
+        "warning: the pictures differ by %.0f %% (median) where they should agree: expected one "
+        "view "
+        "from a fixed camera, the pictures' own exposures, and their response",
+        100.0 * merged.median_difference);
+  }
+  return report;
 }
 
 std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {

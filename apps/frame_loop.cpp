@@ -19,6 +19,7 @@
 #include "apps/object_sightings.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_check.h"
+#include "scene/angle_between.h"
 #include "session/check/clock_check.h"
 #include "session/session_choices.h"
 #include "sunmodel/angles.h"
@@ -77,6 +78,21 @@ void NoteContradiction(const std::optional<SunContradiction>& contradiction,
   spdlog::warn("{}", notes.back());
 }
 
+std::string DescribeSunElsewhere(int frame, const LightingEstimate& estimate) {
+  const glm::dvec3& stated_enu = estimate.lighting.sun.direction_enu;
+  const glm::dvec3& shown_enu = estimate.sun_elsewhere_enu.value();
+  return fmt::format(
+      "frame {}: the fish-eye picture shows the sun {:.1f} deg from where it is stated or "
+      "computed: "
+      "at {}, not at {}: fisheye.up, image_up, image_right or fov_deg, or the sun's direction, "
+      "place "
+      "or time may be wrong; the sun's strength is used, its place is not",
+      frame,
+      DegFromRad(AngleBetweenRad(shown_enu, stated_enu)),
+      AzimuthAndElevation(shown_enu),
+      AzimuthAndElevation(stated_enu));
+}
+
 // Once a run: what the light's numbers stand for.
 void NoteUnits(LightUnits units, std::vector<std::string>& notes) {
   static const std::string kAll =
@@ -110,6 +126,7 @@ struct FrameLoop::Checks {
   FrameFaults faults;
   ObjectSightings objects;
   bool is_any_done = false;
+  bool is_sun_elsewhere_noted = false;
   // A look at a live frame, in the background; of one that is stopped nothing remains.
   struct LookedAt {
     Frame frame;
@@ -171,6 +188,10 @@ std::optional<FinishedFrame> FrameLoop::Next() {
   if (options_.write_environment) finished.environment = run_.EnvironmentOf(lighting);
   finished.sky = run_.SkyImageOf(lighting);
   NoteUnits(result.estimate.units, notes_);
+  if (result.estimate.sun_elsewhere_enu && !checks_->is_sun_elsewhere_noted) {
+    Warn(DescribeSunElsewhere(frame.index, result.estimate));
+    checks_->is_sun_elsewhere_noted = true;
+  }
   checks_->faults.Add(frame, result);
   checks_->objects.Add(frame.camera, result.composite);
   if (checks_->shadows) checks_->shadows->Add(frame, result.sun.direction_enu);

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "calib/internal/exposed_pictures.h"
+#include "scene/upper_median.h"
 
 namespace pleinair {
 namespace {
@@ -55,6 +57,7 @@ struct MergedValue {
   double stddev = 0.0;
   bool clipped = false;
   bool at_noise_floor = false;
+  double difference = -1.0;  // Relative; below 0 where there are not two to compare.
 };
 
 struct Measurement {
@@ -83,6 +86,19 @@ MergedValue WeightedMean(const ChannelModel& channel, std::span<const Measuremen
   return merged;
 }
 
+double RelativeDifference(const ChannelModel& channel,
+                          std::span<const Measurement> measurements,
+                          double merged) {
+  double least = std::numeric_limits<double>::infinity();
+  double most = 0.0;
+  for (const Measurement& measured : measurements) {
+    const double radiance = channel.Linear(measured.code) / measured.exposure;
+    least = std::min(least, radiance);
+    most = std::max(most, radiance);
+  }
+  return (most - least) / merged;
+}
+
 // `scratch` has room for all measurements.
 MergedValue Merge(const ChannelModel& channel,
                   std::span<const Measurement> measurements,
@@ -92,7 +108,13 @@ MergedValue Merge(const ChannelModel& channel,
     if (channel.IsClipped(measured.code) || ChannelModel::IsAtNoiseFloor(measured.code)) continue;
     scratch.push_back(measured);
   }
-  if (!scratch.empty()) return WeightedMean(channel, scratch);
+  if (!scratch.empty()) {
+    MergedValue merged = WeightedMean(channel, scratch);
+    if (scratch.size() > 1) {
+      merged.difference = RelativeDifference(channel, scratch, merged.radiance);
+    }
+    return merged;
+  }
 
   for (const Measurement& measured : measurements) {
     if (!channel.IsClipped(measured.code)) scratch.push_back(measured);
@@ -130,6 +152,7 @@ MergedExposures MergeExposures(std::span<const ExposedPicture> pictures,
   std::vector<Measurement> measurements(pictures.size());
   std::vector<Measurement> scratch;
   scratch.reserve(pictures.size());
+  std::vector<double> differences;
   for (std::size_t i = 0; i < merged.radiance.pixels.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       for (std::size_t k = 0; k < pictures.size(); ++k) {
@@ -140,8 +163,10 @@ MergedExposures MergeExposures(std::span<const ExposedPicture> pictures,
       merged.stddev.pixels[i][c] = static_cast<float>(value.stddev);
       if (value.clipped) merged.clipped.pixels[i] = 1;
       if (value.at_noise_floor) merged.at_noise_floor.pixels[i] = 1;
+      if (c == 1 && value.difference >= 0.0) differences.push_back(value.difference);
     }
   }
+  merged.median_difference = UpperMedianInPlace(differences);
   return merged;
 }
 

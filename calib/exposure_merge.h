@@ -24,6 +24,9 @@ struct MergedExposures {
   Gray8Image clipped;
   // 1 where a channel is at the noise floor in every picture that does not clip it.
   Gray8Image at_noise_floor;
+  // How far the pictures differ where two or more hold a pixel's green: the largest difference over
+  // the merged value, median over the pixels. 0 where they share none.
+  double median_difference = 0.0;
 };
 
 // Returns the mean over the pictures, for each channel separately, with weights of 1 / variance

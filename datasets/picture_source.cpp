@@ -7,13 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/vec2.hpp>
-
 #include "calib/exif_exposure.h"
-#include "calib/exif_place.h"
 #include "calib/exif_time.h"
+#include "datasets/internal/held_camera.h"
 #include "datasets/internal/site_frames.h"
 #include "datasets/video/video_reader.h"
 #include "scene/image_io.h"
@@ -143,42 +139,6 @@ std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes&
   return pictures;
 }
 
-// Upwards, in stored columns and rows, by EXIF's orientation.
-// None for 1 and 2: cameras that do not know how they are held write 1.
-std::optional<glm::dvec2> StoredUp(int orientation) {
-  switch (orientation) {
-    case 3:
-    case 4:
-      return glm::dvec2(0.0, 1.0);
-    case 5:
-    case 6:
-      return glm::dvec2(-1.0, 0.0);
-    case 7:
-    case 8:
-      return glm::dvec2(1.0, 0.0);
-    default:
-      return std::nullopt;
-  }
-}
-
-// Pixels are used as they are stored: intrinsics and pose are of the sensor's rows and columns. A
-// picture whose camera was held otherwise than the site says shows another view. A site
-// WithoutPoses, of a camera that moves, looks straight up and is not checked.
-void RequireHeldAs(const Camera& site, int orientation) {
-  const std::optional<glm::dvec2> stored_up = StoredUp(orientation);
-  if (!stored_up) return;
-  const glm::dvec3 up = glm::dmat3(site.camera_from_world) * glm::dvec3(0.0, 0.0, 1.0);
-  const glm::dvec2 in_picture(up);
-  constexpr double kLeastLength = 0.3;  // Else it looks up or down, where no side is up.
-  constexpr double kLeastCosine = 0.5;
-  const double length = glm::length(in_picture);
-  if (length < kLeastLength) return;
-  if (glm::dot(in_picture, *stored_up) >= kLeastCosine * length) return;
-  throw std::runtime_error("expected a camera held as the site's, found EXIF orientation " +
-                           std::to_string(orientation) +
-                           ": turn its pixels, or take it as the site's pictures were taken");
-}
-
 class PictureFolderSource final : public FrameSource {
  public:
   PictureFolderSource(const fs::path& folder,
@@ -216,9 +176,7 @@ class PictureFolderSource final : public FrameSource {
     taken.f_number = exposure.f_number;
     Rgb8Image codes = ReadDisplayImage(picture.file);
     try {
-      if (const auto orientation = ReadExifPlace(picture.file).orientation) {
-        RequireHeldAs(site_.Site().CameraOfFrame(0), *orientation);
-      }
+      RequireHeldAs(site_.Site().CameraOfFrame(0), picture.file);
       return site_.Make(index, taken, std::move(codes));
     } catch (const std::exception& error) {
       RefuseFile(picture.file, error.what());

@@ -9,6 +9,7 @@
 #include "calib/response.h"
 #include "datasets/fisheye_setup.h"
 #include "datasets/frame_source.h"
+#include "datasets/internal/held_camera.h"
 #include "datasets/internal/sampling_mask.h"
 #include "datasets/internal/sequence_folder.h"
 #include "datasets/picture_frame.h"
@@ -42,6 +43,14 @@ void RequireKindOfFrame(const std::filesystem::path& file, FrameKind kind) {
                                       : ": expected an OpenEXR or Radiance HDR picture under "
                                         "`image` (8-bit ones go under `image_ldr`), found ") +
                            DescribeContent(file));
+}
+
+void RequireHeld(const Camera& camera, const std::filesystem::path& file) {
+  try {
+    RequireHeldAs(camera, file);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(file.string() + ": " + error.what());
+  }
 }
 
 void RequireFinite(const RgbImage& radiance,
@@ -163,6 +172,7 @@ class RecordedFrameSource final : public FrameSource {
 
   void ReadCodes(const std::filesystem::path& file, std::optional<int> video_frame, Frame& frame) {
     if (!video_frame) RequireKindOfFrame(file, FrameKind::kLdr);
+    if (!video_frame) RequireHeld(frame.camera, file);
     Rgb8Image codes = video_frame ? video_.Read(file, *video_frame) : ReadDisplayImage(file);
     RequireCameraSize(codes, frame.camera.intrinsics, "camera", file);
     SetCodes(std::move(codes), response_, noise_, frame);

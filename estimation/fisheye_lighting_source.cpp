@@ -13,6 +13,9 @@
 namespace pleinair {
 namespace {
 
+// Of a sun whose picture contradicts where it is: one of the two is wrong, and with it the light
+// that reaches the scene.
+constexpr double kMisplacedError = 0.25;
 // Relative errors of an HDR fish-eye picture's radiances: of its own response and vignetting, and
 // of the tie of its colours to the frame's camera.
 constexpr double kPhotometricError = 0.02;
@@ -50,10 +53,12 @@ class FisheyeLightingSource final : public LightingSource {
     if (sky_.Sun().clipped) {
       sun_stddev_rgb = FitClippedSun(observation, estimate);
     } else {
-      estimate.sun_observable = observation.sun.direction_enu.z > 0.0;
-      sun_stddev_rgb = glm::sqrt(sun_stddev_rgb * sun_stddev_rgb +
-                                 kPhotometricError * kPhotometricError *
-                                     lighting.sun.irradiance_rgb * lighting.sun.irradiance_rgb);
+      estimate.sun_elsewhere_enu = sky_.Sun().elsewhere_enu;
+      estimate.sun_observable =
+          observation.sun.direction_enu.z > 0.0 && !estimate.sun_elsewhere_enu;
+      const double relative = estimate.sun_elsewhere_enu ? kMisplacedError : kPhotometricError;
+      const glm::dvec3 of_itself = relative * lighting.sun.irradiance_rgb;
+      sun_stddev_rgb = glm::sqrt(sun_stddev_rgb * sun_stddev_rgb + of_itself * of_itself);
     }
     lighting.covariance.assign(36, 0.0);
     for (std::size_t c = 0; c < 3; ++c) {

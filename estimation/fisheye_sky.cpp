@@ -32,6 +32,19 @@ constexpr float kFlatTop = 0.999f;
 // A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
 constexpr double kWidestFlatTop = 1.5;
 
+// A lens spreads a disc of 10^4 times the sky over some degrees. Light above twice the sky farther
+// off is the disc's.
+constexpr float kMuchBrighter = 10.0f;
+constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
+constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
+constexpr float kMostAureole = 2.0f;
+// A disc that is not where it should be counts as the sun if it has this share of the sky's light.
+constexpr double kLeastShareElsewhere = 0.1;
+// Clouds blown out have no disc: a plateau is steep where few pixels are lower by some steps.
+constexpr float kOneLevel = 1e-5f;
+constexpr float kFewSteps = 0.025f;
+constexpr double kAboveTheSky = 1.5;  // An evenly white sky is level, too.
+
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
 
@@ -75,9 +88,14 @@ void FisheyeSky::Read(const RgbImage& radiance,
         std::to_string(radiance.height) + ": expected the camera's " +
         std::to_string(direction.width) + "x" + std::to_string(direction.height));
   }
-  const DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
-  region_averages_.Average(radiance, disc.pixels, disc.background);
-  FillTable(radiance, disc);
+  DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
+  ReadSky(radiance, disc);
+  if (!(sun_direction_enu.z > 0.0) || !disc.pixels.empty()) return;
+  const double mean_sky = Largest(glm::vec3(sky_irradiance_rgb_)) / std::numbers::pi;
+  sun_.clipped = disc.blown_out_at > kAboveTheSky * mean_sky;
+  if (sun_.clipped) return;
+  disc = FindDiscElsewhere(radiance, sun_angular_radius_rad);
+  if (!disc.pixels.empty()) ReadSky(radiance, disc);
 }
 
 FisheyeSky::PixelWindow FisheyeSky::WindowAround(const glm::dvec3& direction_enu,
@@ -132,7 +150,8 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
 
   const double pixel_sr = table_.solid_angle_sr.pixels[peak];
   const double pixel_rad = std::sqrt(pixel_sr);
-  const float top = kFlatTop * Largest(radiance.pixels[peak]);
+  const float largest = Largest(radiance.pixels[peak]);
+  const float top = kFlatTop * largest;
   const glm::dvec3 centre(table_.direction_world.pixels[peak]);
   double flat_sr = 0.0;
   double flat_radius = 0.0;
@@ -166,7 +185,24 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
     for (double& value : values) value = std::abs(value - background);
     spread[c] = 1.4826 * UpperMedianInPlace(values);
   }
-  if (!(Luminance(radiance.pixels[peak]) > kDiscContrast * Luminance(disc.background))) return {};
+  const float contrast = Luminance(radiance.pixels[peak]) / Luminance(disc.background);
+  if (!(contrast > kDiscContrast)) {
+    std::ptrdiff_t level = 0;
+    std::ptrdiff_t almost = 0;
+    double level_sr = 0.0;
+    for (const Near& at : near) {
+      const float value = Largest(radiance.pixels[at.pixel]);
+      almost += value >= largest * (1.0f - kFewSteps) ? 1 : 0;
+      if (!(std::abs(value - largest) <= kOneLevel * largest)) continue;
+      ++level;
+      level_sr += table_.solid_angle_sr.pixels[at.pixel];
+    }
+    DiscArea none;
+    if (level_sr > kWidestFlatTop * true_disc_sr + pixel_sr && almost < 2 * level) {
+      none.blown_out_at = largest;
+    }
+    return none;
+  }
 
   double disc_sr = 0.0;
   for (const std::uint32_t pixel : disc.pixels) {
@@ -177,10 +213,82 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   sun_.irradiance_rgb = glm::max(sun_.irradiance_rgb, glm::dvec3(0.0));
   sun_.stddev_rgb = disc_sr * spread;
   sun_.clipped = has_flat_top;
+  if (contrast > kMuchBrighter) TakeGlare(radiance, centre, disc);
   return disc;
 }
 
-void FisheyeSky::FillTable(const RgbImage& radiance, const DiscArea& disc) {
+void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_enu, DiscArea& disc) {
+  std::vector<std::uint32_t> in_disc = disc.pixels;
+  std::sort(in_disc.begin(), in_disc.end());
+  std::vector<std::uint32_t> near;
+  std::array<std::vector<double>, 3> far;
+  const PixelWindow window = WindowAround(centre_enu, kAroundGlareRad);
+  for (int y = window.top; y < window.bottom; ++y) {
+    for (int x = window.left; x < window.right; ++x) {
+      const auto pixel = static_cast<std::uint32_t>(table_.direction_world.Index(x, y));
+      const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
+      const glm::vec3& value = radiance.pixels[pixel];
+      const double cosine = glm::dot(direction, centre_enu);
+      if (!(direction.z > 0.0) || !(cosine > std::cos(kAroundGlareRad)) || !IsMeasured(value)) {
+        continue;
+      }
+      if (cosine > std::cos(kGlareRad)) {
+        if (!std::binary_search(in_disc.begin(), in_disc.end(), pixel)) near.push_back(pixel);
+      } else {
+        for (int c = 0; c < 3; ++c) far[static_cast<std::size_t>(c)].push_back(value[c]);
+      }
+    }
+  }
+  if (far[0].empty()) return;
+  glm::vec3 most;
+  for (int c = 0; c < 3; ++c) {
+    most[c] =
+        kMostAureole * static_cast<float>(UpperMedianInPlace(far[static_cast<std::size_t>(c)]));
+  }
+  disc.background = glm::min(disc.background, most);
+  glm::dvec3 glare(0.0);
+  for (const std::uint32_t pixel : near) {
+    const glm::vec3& value = radiance.pixels[pixel];
+    if (!(Luminance(value) > Luminance(most))) continue;
+    disc.pixels.push_back(pixel);
+    glare += double{table_.solid_angle_sr.pixels[pixel]} *
+             glm::max(glm::dvec3(value - disc.background), glm::dvec3(0.0));
+  }
+  sun_.irradiance_rgb += glare;
+  sun_.stddev_rgb += 0.5 * glare;  // Half of it may be a bright aureole.
+}
+
+FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
+                                                   double sun_angular_radius_rad) {
+  float peak = 0.0f;
+  glm::dvec3 there(0.0);
+  for (std::size_t pixel = 0; pixel < radiance.pixels.size(); ++pixel) {
+    const glm::vec3& direction = table_.direction_world.pixels[pixel];
+    const glm::vec3& value = radiance.pixels[pixel];
+    if (!(direction.z > 0.0f) || !(table_.solid_angle_sr.pixels[pixel] > 0.0f) ||
+        !(Luminance(value) > peak) || !IsMeasured(value)) {
+      continue;
+    }
+    peak = Luminance(value);
+    there = glm::dvec3(direction);
+  }
+  if (!(peak > 0.0f)) return {};
+  DiscArea disc = ReadDisc(radiance, there, sun_angular_radius_rad);
+  const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
+  const double disc_light = sum(sun_.irradiance_rgb);
+  const double light_of_the_rest = sum(sky_irradiance_rgb_) - disc_light * there.z;
+  const bool is_sun = !disc.pixels.empty() && peak > kMuchBrighter * Luminance(disc.background) &&
+                      disc_light > kLeastShareElsewhere * light_of_the_rest;
+  if (!is_sun) {
+    sun_ = {};
+    return {};
+  }
+  sun_.elsewhere_enu = there;
+  return disc;
+}
+
+void FisheyeSky::ReadSky(const RgbImage& radiance, const DiscArea& disc) {
+  region_averages_.Average(radiance, disc.pixels, disc.background);
   std::vector<glm::vec3> sky_table(SkyTable::kCells);
   std::vector<std::uint32_t> in_disc = disc.pixels;
   std::sort(in_disc.begin(), in_disc.end());

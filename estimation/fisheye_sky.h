@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,13 +21,17 @@
 
 namespace pleinair {
 
-// The disc's light above the sky around it.
+// The disc's light above the sky around it, with what the lens spreads of it.
 struct SunDiscReading {
   glm::dvec3 irradiance_rgb{0.0};  // Normal to the beam.
-  // From the unevenness of the sky around the disc. Without meaning where clipped.
+  // From the unevenness of the sky around the disc, and of the glare. Without meaning where
+  // clipped.
   glm::dvec3 stddev_rgb{0.0};
   // The picture's brightest value covers more than a sun's disc: the irradiance is a lower bound.
   bool clipped = false;
+  // Where the picture shows the sun that was measured, if not where it was looked for: the camera's
+  // orientation or lens, or the sun's direction, is wrong.
+  std::optional<glm::dvec3> elsewhere_enu;
 };
 
 // How finely a picture's sky is kept as a shape.
@@ -46,6 +51,7 @@ class FisheyeSky {
              SkyDetail detail = SkyDetail::kPicture);
 
   // The disc is looked for within 2.5 deg of `sun_direction_enu`; a sun below the horizon has none.
+  // Where there is none, a disc anywhere that holds a tenth of the sky's light is the sun, too.
   // Pixels that are not finite or below 0 are left out.
   // Throws std::invalid_argument for a picture of another size than the camera's.
   void Read(const RgbImage& radiance,
@@ -91,11 +97,16 @@ class FisheyeSky {
   struct DiscArea {
     std::vector<std::uint32_t> pixels;
     glm::vec3 background{0.0f};
+    // Without a disc: the level at which the sky there is cut off; 0 where it is not.
+    float blown_out_at = 0.0f;
   };
   DiscArea ReadDisc(const RgbImage& radiance,
                     const glm::dvec3& sun_direction_enu,
                     double sun_angular_radius_rad);
-  void FillTable(const RgbImage& radiance, const DiscArea& disc);
+  // Counts light near a disc that outshines the sky as the disc's.
+  void TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_enu, DiscArea& disc);
+  DiscArea FindDiscElsewhere(const RgbImage& radiance, double sun_angular_radius_rad);
+  void ReadSky(const RgbImage& radiance, const DiscArea& disc);
 };
 
 }  // namespace pleinair

@@ -62,6 +62,9 @@ struct LightingEstimate {
   double inlier_fraction = 0.0;
   double condition_number = 0.0;
   double new_sample_set_ms = 0.0;  // Time to draw samples in this call; 0 when they were kept.
+  // Where a source that sees the sky finds the sun, if not where it was stated; its light is
+  // measured there.
+  std::optional<glm::dvec3> sun_elsewhere_enu;
   // For each region, from a source that measures the sky itself; empty for others.
   std::vector<glm::dvec3> sky_radiance_rgb;
   // Probability of each weather, in kAllWeathers' order; none where the source does not estimate

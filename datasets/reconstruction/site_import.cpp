@@ -316,13 +316,16 @@ class Importer {
           made_.cameras[made_.pictures[picture].camera].intrinsics, width_px, height_px);
     } catch (const std::runtime_error&) {
       const CameraIntrinsics& camera = made_.cameras[made_.pictures[picture].camera].intrinsics;
+      const bool is_turned =
+          std::int64_t{width_px} * camera.width_px == std::int64_t{height_px} * camera.height_px;
       throw std::runtime_error(fmt::format(
-          "{}: expected the shape of the reconstruction's camera, {}x{}, found {}x{} pixels",
+          "{}: expected the shape of the reconstruction's camera, {}x{}, found {}x{} pixels{}",
           photographs_[picture]->file.string(),
           camera.width_px,
           camera.height_px,
           width_px,
-          height_px));
+          height_px,
+          is_turned ? ": one of the two is turned by its EXIF orientation" : ""));
     }
   }
 

@@ -224,11 +224,24 @@ SiteWarnings CheckPictures(const Sequence& sequence,
   const bool has_edges = !IsOnePlane(mesh);
   ShownSuns suns(sequence, mesh);
   const auto source = MakeRecordedFrameSource(looked_at, kind);
+  std::vector<std::string> unreadable;
   while (const auto next = source->Next()) {
-    if (!*next) continue;
+    if (!*next) {
+      unreadable.push_back(next->error().reason);
+      continue;
+    }
     const Frame& frame = **next;
     if (has_edges) edges.Add(frame.radiance, frame.camera);
     suns.Add(frame, static_cast<std::size_t>(frame.index) * stride);
+  }
+  if (!unreadable.empty()) {
+    warnings.push_back({"pictures cannot be used",
+                        "frames",
+                        fmt::format("{} of the {} that were looked at, the first: {}",
+                                    unreadable.size(),
+                                    looked_at.frames.size(),
+                                    unreadable.front()),
+                        "correct the files, or the keys that name them"});
   }
   suns.Report(warnings);
   const EdgeFit fit = edges.Result();

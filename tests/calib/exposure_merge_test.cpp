@@ -1,5 +1,6 @@
 #include "calib/exposure_merge.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -39,6 +40,14 @@ TEST(MergeExposures, GivesTheLightBackWithItsNoise) {
   EXPECT_GT(count, 30000);
   EXPECT_NEAR(ratio / count, 0.0, 0.002);
   EXPECT_NEAR(chi_squared / count, 1.0, 0.1);
+  EXPECT_LT(merged.median_difference, 0.15);  // Its noise.
+}
+
+TEST(MergeExposures, SaysHowFarPicturesOfDifferentViewsDiffer) {
+  SyntheticBracket bracket =
+      MakeBracket([](double linear) { return 255.0 * SrgbFromLinear(linear); }, kStops);
+  std::ranges::reverse(bracket.pictures[1].codes.pixels);
+  EXPECT_GT(MergeExposures(bracket.pictures, ResponseCurve::Srgb()).median_difference, 0.5);
 }
 
 TEST(MergeExposures, FlagsWhatIsClippedEverywhereAndKeepsItsBound) {

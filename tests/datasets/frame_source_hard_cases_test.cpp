@@ -5,6 +5,8 @@
 
 #include "datasets/frame_source.h"
 #include "scene/image_io.h"
+#include "tests/datasets/exif_picture.h"
+#include "tests/datasets/made_pictures.h"
 #include "tests/datasets/sequence_fixture.h"
 
 namespace pleinair::frame_source_hard_cases_test {
@@ -73,6 +75,30 @@ TEST_F(FrameSourceHardCases, AMissingFrameFailsAlone) {
 TEST_F(FrameSourceHardCases, AnEmptyFrameFailsAlone) {
   ReplaceMiddle([](const fs::path& file) { Write(file, ""); });
   ExpectOnlyTheMiddleOneFails("");
+}
+
+// Viewers turn it; its pixels are another view than the pose's, whose columns are level.
+TEST_F(FrameSourceHardCases, APhotographOfACameraHeldOtherwiseFailsAlone) {
+  for (int i = 0; i < 3; ++i) {
+    ExifTags tags;
+    tags.orientation = i == 1 ? 3u : 1u;
+    Write(folder_ / Name(i, ".jpg"),
+          WithExif(made_pictures::Jpeg(made_pictures::Noise(8, 6, 1)), tags));
+    document_["frames"][static_cast<std::size_t>(i)]["image_ldr"] = Name(i, ".jpg");
+  }
+  WriteDocument(document_);
+  const auto source = MakeRecordedFrameSource(ReadSequence(folder_), FrameKind::kLdr);
+  for (int i = 0; i < 3; ++i) {
+    const auto next = source->Next();
+    ASSERT_TRUE(next);
+    ASSERT_EQ(next->has_value(), i != 1);
+    if (i == 1) {
+      EXPECT_NE(next->error().reason.find("1.jpg: expected a camera held as the pose says, found "
+                                          "EXIF orientation 3"),
+                std::string::npos)
+          << next->error().reason;
+    }
+  }
 }
 
 TEST_F(FrameSourceHardCases, AFrameThatIsNoImageFailsAlone) {

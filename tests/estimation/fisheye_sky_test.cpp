@@ -1,5 +1,6 @@
 #include "estimation/fisheye_sky.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/angle_between.h"
 #include "tests/estimation/synthetic_fisheye.h"
 #include "tests/scene/region_light.h"
 
@@ -135,6 +137,89 @@ TEST(FisheyeSky, KeepsItsShapeWhileTheSkyStaysTheSame) {
   for (glm::vec3& pixel : brighter.pixels) pixel *= 1.5f;
   sky.Read(brighter, picture.sun_direction_enu, kSunRadius);
   EXPECT_NE(sky.Shape(), shape);
+}
+
+// A lens spreads a twentieth of the disc over 4 degrees, 30 to 2000 times as bright as the sky.
+TEST(FisheyeSkyHardCases, GlareIsTheSunsAndNotTheSkys) {
+  FisheyePicture picture;
+  RgbImage radiance = MakeFisheyePicture(picture);
+  const FisheyeSky clean = ReadPicture(picture, radiance);
+  const FisheyeCamera camera = SkyCamera(picture.side_px);
+  const FisheyeLens lens(camera.intrinsics);
+  const double disc = 1.1e7 * std::numbers::pi * kSunRadius * kSunRadius;
+  const double falls_off_rad = 0.01;
+  double added = 0.0;
+  for (int y = 0; y < radiance.height; ++y) {
+    for (int x = 0; x < radiance.width; ++x) {
+      const auto direction = lens.DirectionFromPixel({x, y});
+      if (!direction) continue;
+      const double angle_rad =
+          AngleBetweenRad(camera.world_from_camera * *direction, picture.sun_direction_enu);
+      const double glare = 0.05 * disc * std::exp(-angle_rad / falls_off_rad) /
+                           (2.0 * std::numbers::pi * falls_off_rad * falls_off_rad);
+      radiance.At(x, y) += glm::vec3(static_cast<float>(glare));
+      added += glare * lens.PixelSolidAngleSr({x, y});
+    }
+  }
+  const FisheyeSky sky = ReadPicture(picture, radiance);
+  EXPECT_NEAR(
+      sky.SkyIrradianceRgb().y, clean.SkyIrradianceRgb().y, 0.01 * clean.SkyIrradianceRgb().y);
+  EXPECT_NEAR(sky.Sun().irradiance_rgb.y, clean.Sun().irradiance_rgb.y + added, 0.01 * disc);
+  EXPECT_LT(std::abs(sky.Sun().irradiance_rgb.y - clean.Sun().irradiance_rgb.y - added),
+            sky.Sun().stddev_rgb.y);
+  // Nothing is left that a single ray could hit.
+  float brightest = 0.0f;
+  for (double azimuth = 150.0; azimuth < 170.0; azimuth += 0.2) {
+    for (double elevation = 30.0; elevation < 50.0; elevation += 0.2) {
+      const glm::vec3 direction(testing::DirectionEnu(azimuth, elevation));
+      brightest = std::max(brightest, sky.Shape()->Radiance(direction).y);
+    }
+  }
+  const glm::dvec3 towards = testing::DirectionEnu(160.0, 40.0);
+  EXPECT_LT(brightest * sky.SkyIrradianceRgb().y, 2.5 * picture.Sky(towards).y);
+}
+
+// A camera that is turned, or another lens: the disc's strength is right all the same.
+TEST(FisheyeSkyHardCases, ASunThatIsNotWhereItShouldBeIsFoundAndSaid) {
+  FisheyePicture picture;
+  const RgbImage radiance = MakeFisheyePicture(picture);
+  const FisheyeSky right = ReadPicture(picture, radiance);
+  EXPECT_FALSE(right.Sun().elsewhere_enu);
+  const glm::dvec3 shown = picture.sun_direction_enu;
+  picture.PutSunAt(250.0, 30.0);
+  const FisheyeSky wrong = ReadPicture(picture, radiance);
+  ASSERT_TRUE(wrong.Sun().elsewhere_enu);
+  EXPECT_LT(AngleBetweenRad(*wrong.Sun().elsewhere_enu, shown), 0.01);
+  EXPECT_NEAR(wrong.Sun().irradiance_rgb.y,
+              right.Sun().irradiance_rgb.y,
+              1e-3 * right.Sun().irradiance_rgb.y);
+  EXPECT_NEAR(
+      wrong.SkyIrradianceRgb().y, right.SkyIrradianceRgb().y, 1e-3 * right.SkyIrradianceRgb().y);
+}
+
+// A lamp, and the disc of a sun that a cloud all but hides, are none.
+TEST(FisheyeSkyHardCases, AFaintSpotElsewhereIsNoSun) {
+  FisheyePicture picture;
+  picture.sun_radiance = glm::dvec3(4e4);  // A twentieth of the sky's light.
+  const RgbImage radiance = MakeFisheyePicture(picture);
+  picture.PutSunAt(250.0, 30.0);
+  const FisheyeSky sky = ReadPicture(picture, radiance);
+  EXPECT_FALSE(sky.Sun().elsewhere_enu);
+  EXPECT_EQ(sky.Sun().irradiance_rgb, glm::dvec3(0.0));
+}
+
+// Blown out around the sun, at hardly more than the sky: what the disc holds is not known.
+TEST(FisheyeSkyHardCases, ASkyThatIsBlownOutHasAClippedSun) {
+  FisheyePicture picture;
+  picture.spread_px = 6.0;
+  RgbImage radiance = MakeFisheyePicture(picture);
+  for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(80.0f));
+  EXPECT_TRUE(ReadPicture(picture, radiance).Sun().clipped);
+  // A bright cloud there is not level; an evenly white sky is no sun.
+  picture.sun_radiance = glm::dvec3(4e4);
+  EXPECT_FALSE(ReadPicture(picture, MakeFisheyePicture(picture)).Sun().clipped);
+  for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(20.0f));
+  EXPECT_FALSE(ReadPicture(picture, radiance).Sun().clipped);
 }
 
 // Cut off at a level that the disc passes and the sky does not: the flat top is wider than a disc

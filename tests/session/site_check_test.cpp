@@ -336,6 +336,13 @@ TEST_F(CourtyardCopy, FindsASunThatIsStatedWrongly) {
   }
 }
 
+TEST_F(CourtyardCopy, FindsAPictureThatCannotBeUsed) {
+  folder_.Write(document_["frames"][1]["image"].get<std::string>(), "cut");
+  EXPECT_THAT(Check(),
+              Contains(AllOf(Says("pictures cannot be used"),
+                             Field(&SiteWarning::evidence, HasSubstr("1 of the 2")))));
+}
+
 TEST_F(CourtyardCopy, FindsAPoseThatIsThreeDegreesOff) {
   ChangePose([](const glm::dmat4& pose) {
     return glm::rotate(glm::dmat4(1.0), RadFromDeg(3.0), kCameraDown) * pose;
