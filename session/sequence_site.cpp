@@ -64,6 +64,8 @@ const char* Describe(MapSunKind kind) {
   switch (kind) {
     case MapSunKind::kFlatTop:
       return "a disc that is cut off";
+    case MapSunKind::kPlateau:
+      return "the middle of what is cut off";
     case MapSunKind::kGlow:
       return "the middle of its glow";
     case MapSunKind::kDisc:
@@ -398,9 +400,18 @@ std::vector<std::string> FindSunInMap(Sequence& sequence) {
     }
     frame.weather = Weather::kOvercast;
   }
-  return {entry.image.string() +
-          ": no place and time, and no sun in the map: frames that do not state their own are "
-          "without sun (overcast)"};
+  std::string note =
+      entry.image.string() +
+      ": no place and time, and no sun in the map: frames that do not state their own are "
+      "without sun (overcast)";
+  constexpr double kWorthAWord = 1e-3;
+  if (const double cut_off = ShareCutOff(radiance); cut_off >= kWorthAWord) {
+    note += fmt::format(
+        "; but {:.1f} % of its sky is cut off at one value, and the sun may be there: "
+        "environment.sun_direction_enu, or a site, would say where",
+        100.0 * cut_off);
+  }
+  return {note};
 }
 
 SequenceSite LoadSequenceSite(const Sequence& sequence) {

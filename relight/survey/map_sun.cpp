@@ -50,6 +50,13 @@ constexpr double kLeastGlowShare = 0.02;
 constexpr double kGlowLightRad = RadFromDeg(4.0);
 constexpr double kLeastFading = 1.4;
 
+// From the same panoramas and an overcast one, cut at the brightest hundredth of the sky, and as 8
+// bit pictures: suns have 89 % or more of what is level and radii up to 6.8 deg; bright clouds have
+// up to half of it.
+constexpr int kLeastPlateauPixels = 8;
+constexpr double kLeastPlateauShare = 0.75;
+constexpr double kLargestPlateauRad = RadFromDeg(8.0);
+
 constexpr double kLargestAspect = 2.5;
 constexpr std::size_t kLeastPixelsForAspect = 8;
 
@@ -72,7 +79,7 @@ class Spot {
   // `sky_light`: of the map's upper half on a horizontal plane.
   std::optional<MapSun> AsSun(double sky_light) {
     around_ = MedianBetween(start_, kAroundFromRad, kAroundToRad);
-    FindTop();
+    FindTop(around_ + 0.5 * (peak_ - around_));
     const double contrast = peak_ / std::max(around_, 1e-300);
     if (!(contrast >= kLeastFlatContrast) || !(sky_light > 0.0) || !IsRound()) return std::nullopt;
     const auto share = [&](double radius_rad) { return ExcessWithin(radius_rad) / sky_light; };
@@ -90,6 +97,20 @@ class Spot {
     return std::nullopt;
   }
 
+  // The same where the sun and much of its glare are cut at the map's largest value, which
+  // `level_sr` of the map have.
+  std::optional<MapSun> AsPlateau(double level_sr) {
+    FindTop(peak_ * (1.0 - kOneLevel));
+    const double area_sr = std::numbers::pi * radius_rad_ * radius_rad_;
+    if (top_.size() < kLeastPlateauPixels || !(area_sr >= kLeastPlateauShare * level_sr) ||
+        !(radius_rad_ <= kLargestPlateauRad) || !IsRound()) {
+      return std::nullopt;
+    }
+    around_ = MedianBetween(centre_, 2.0 * radius_rad_, 4.0 * radius_rad_);
+    if (!(peak_ >= kLeastFlatContrast * around_) || !Fades()) return std::nullopt;
+    return MapSun{centre_, MapSunKind::kPlateau, 0.7 * radius_rad_ + pixel_rad_};
+  }
+
  private:
   double Value(const MapPixel& pixel) const { return luminance_.At(pixel.x, pixel.y); }
 
@@ -101,10 +122,9 @@ class Spot {
     return values.empty() ? 0.0 : UpperMedian(values);
   }
 
-  // What hangs together around the start above half of the peak: its radius, by area, and the
-  // middle of the light there.
-  void FindTop() {
-    const double threshold = around_ + 0.5 * (peak_ - around_);
+  // What hangs together around the start above a threshold: its radius, by area, and the middle of
+  // the light there.
+  void FindTop(double threshold) {
     const glm::ivec2 first = LatLongPixelFromDirection(start_, size_);
     Gray8Image seen(size_.width, size_.height, 0);
     std::vector<glm::ivec2> open{first};
@@ -214,6 +234,45 @@ GrayImage LuminanceOf(const RgbImage& map) {
   return luminance;
 }
 
+// The pixels of the upper half that have its largest value.
+struct Level {
+  std::vector<glm::ivec2> pixels;
+  double solid_angle_sr = 0.0;
+  float value = 0.0f;
+};
+
+Level LevelOf(const GrayImage& luminance) {
+  const LatLongSize size{luminance.width, luminance.height};
+  const std::ptrdiff_t upper = std::ptrdiff_t{size.height / 2} * size.width;
+  Level level;
+  level.value = *std::max_element(luminance.pixels.begin(), luminance.pixels.begin() + upper);
+  for (int y = 0; y < size.height / 2; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (!(luminance.At(x, y) >= level.value * (1.0 - kOneLevel))) continue;
+      level.pixels.emplace_back(x, y);
+      level.solid_angle_sr += LatLongPixelSolidAngleSr(y, size);
+    }
+  }
+  return level;
+}
+
+// Looks in the middle of what is level.
+std::optional<MapSun> FindPlateau(const GrayImage& luminance) {
+  const LatLongSize size{luminance.width, luminance.height};
+  const Level level = LevelOf(luminance);
+  if (!(level.value > 0.0f)) return std::nullopt;
+  glm::dvec3 middle(0.0);
+  for (const glm::ivec2& at : level.pixels) {
+    middle += LatLongPixelSolidAngleSr(at.y, size) * MapPixelDirection(at.x, at.y, size);
+  }
+  const auto farther = [&](const glm::ivec2& a, const glm::ivec2& b) {
+    return glm::dot(MapPixelDirection(a.x, a.y, size), middle) <
+           glm::dot(MapPixelDirection(b.x, b.y, size), middle);
+  };
+  const glm::ivec2 nearest = *std::max_element(level.pixels.begin(), level.pixels.end(), farther);
+  return Spot(luminance, nearest.x, nearest.y).AsPlateau(level.solid_angle_sr);
+}
+
 }  // namespace
 
 std::optional<MapSun> FindMapSun(const RgbImage& map) {
@@ -240,7 +299,20 @@ std::optional<MapSun> FindMapSun(const RgbImage& map) {
     }
     if (!brightest || spot.Light() > brightest->Light()) brightest.emplace(std::move(spot));
   }
-  return brightest ? brightest->AsSun(sky_light) : std::nullopt;
+  std::optional<MapSun> sun;
+  if (brightest) sun = brightest->AsSun(sky_light);
+  return sun ? sun : FindPlateau(luminance);
+}
+
+double ShareCutOff(const RgbImage& map) {
+  if (map.height < 2) return 0.0;
+  constexpr double kBrighter = 1.5;
+  const GrayImage luminance = LuminanceOf(map);
+  const Level level = LevelOf(luminance);
+  const std::ptrdiff_t upper = std::ptrdiff_t{map.height / 2} * map.width;
+  const double median = UpperMedian({luminance.pixels.begin(), luminance.pixels.begin() + upper});
+  if (level.pixels.size() < kLeastPlateauPixels || !(level.value > kBrighter * median)) return 0.0;
+  return level.solid_angle_sr / (2.0 * std::numbers::pi);
 }
 
 }  // namespace pleinair
