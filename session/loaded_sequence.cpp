@@ -1,6 +1,9 @@
 #include "session/loaded_sequence.h"
 
+#include <cmath>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +18,7 @@
 #include "session/available_memory.h"
 #include "session/corrected_pose.h"
 #include "session/file_blob_store.h"
+#include "session/map_north.h"
 #include "session/session_choices.h"
 #include "sunmodel/angles.h"
 
@@ -68,39 +72,75 @@ void LeaveOutEnvironment(Sequence& sequence) {
   sequence.environment.reset();
 }
 
-// Corrects north where the model's orientation is stated as uncertain. Returns a note for the
-// report.
+struct NorthEvidence {
+  std::string from;
+  double azimuth_rad = 0.0;
+  double stddev_rad = 0.0;
+};
+
+std::string DescribeNorth(const Sequence& sequence,
+                          double stated_stddev_rad,
+                          const NorthEvidence& evidence) {
+  return fmt::format(
+      "north: the model's +Y is taken to point to true azimuth {:+.2f} deg (sigma {:.2f}); {} "
+      "{:+.2f} (sigma {:.2f}), the sequence 0 (sigma {:.2f})",
+      DegFromRad(sequence.site->model_north_azimuth_rad),
+      DegFromRad(sequence.north_stddev_rad),
+      evidence.from,
+      DegFromRad(evidence.azimuth_rad),
+      DegFromRad(evidence.stddev_rad),
+      DegFromRad(stated_stddev_rad));
+}
+
+// Sets north by the sun in the map, and returns what that says; none where it contradicts the
+// stated deviation.
+std::optional<MapNorth> TakeNorthOfMap(Sequence& sequence) {
+  constexpr double kMostSigmasOff = 3.0;
+  const std::optional<MapNorth> map = NorthOfMap(sequence);
+  if (!map) return std::nullopt;
+  const double stated = sequence.north_stddev_rad * sequence.north_stddev_rad;
+  const double seen = map->stddev_rad * map->stddev_rad;
+  if (std::abs(map->azimuth_rad) > kMostSigmasOff * std::sqrt(stated + seen)) return std::nullopt;
+  sequence.site->model_north_azimuth_rad = map->azimuth_rad * stated / (stated + seen);
+  sequence.north_stddev_rad = std::sqrt(stated * seen / (stated + seen));
+  return map;
+}
+
+// Corrects north where the model's orientation is stated as uncertain, by shadows in the frames or
+// else by the sun in the map. Returns a note for the report.
 std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded) {
   Sequence& sequence = loaded.sequence;
   if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};
-  if (!sequence.HasPictures()) return "north: stays as stated: no recorded frames show shadows";
-  std::vector<std::string> unused_notes;
-  const NorthCorrection north =
-      CorrectNorth([&] { return FramesOf(options, loaded, unused_notes); },
-                   *sequence.site,
-                   LoadMesh(sequence.folder / sequence.scene_mesh).mesh,
-                   sequence.diffuse_regions,
-                   sequence.north_stddev_rad);
-  if (!north.determined) {
-    return fmt::format(
-        "north: the shadows in {} frame(s) do not correct it: {}; it stays as stated, +/- "
-        "{:.2f} deg",
-        north.frames,
-        north.reason,
-        DegFromRad(north.stddev_rad));
+  const double stated_stddev_rad = sequence.north_stddev_rad;
+  std::string no_shadows = "no recorded frames show shadows";
+  if (sequence.HasPictures()) {
+    std::vector<std::string> unused_notes;
+    const NorthCorrection north =
+        CorrectNorth([&] { return FramesOf(options, loaded, unused_notes); },
+                     *sequence.site,
+                     LoadMesh(sequence.folder / sequence.scene_mesh).mesh,
+                     sequence.diffuse_regions,
+                     stated_stddev_rad);
+    if (north.determined) {
+      sequence.site->model_north_azimuth_rad = north.north_azimuth_rad;
+      sequence.north_stddev_rad = north.stddev_rad;
+      return DescribeNorth(sequence,
+                           stated_stddev_rad,
+                           {fmt::format("shadows in {} frame(s) say", north.frames),
+                            north.shadows_azimuth_rad,
+                            north.shadows_stddev_rad});
+    }
+    no_shadows =
+        fmt::format("the shadows in {} frame(s) do not correct it: {}", north.frames, north.reason);
   }
-  sequence.site->model_north_azimuth_rad = north.north_azimuth_rad;
-  const double stated_stddev_rad = std::exchange(sequence.north_stddev_rad, north.stddev_rad);
+  if (const std::optional<MapNorth> map = TakeNorthOfMap(sequence)) {
+    return DescribeNorth(sequence,
+                         stated_stddev_rad,
+                         {"the map's own sun says", map->azimuth_rad, map->stddev_rad}) +
+           "; " + no_shadows;
+  }
   return fmt::format(
-      "north: the model's +Y is taken to point to true azimuth {:+.2f} deg (sigma {:.2f}); shadows "
-      "in "
-      "{} frame(s) say {:+.2f} (sigma {:.2f}), the sequence 0 (sigma {:.2f})",
-      DegFromRad(north.north_azimuth_rad),
-      DegFromRad(north.stddev_rad),
-      north.frames,
-      DegFromRad(north.shadows_azimuth_rad),
-      DegFromRad(north.shadows_stddev_rad),
-      DegFromRad(stated_stddev_rad));
+      "north: {}; it stays as stated, +/- {:.2f} deg", no_shadows, DegFromRad(stated_stddev_rad));
 }
 
 void CalibrateAlbedo(const SessionOptions& options, LoadedSequence& loaded) {

@@ -105,7 +105,8 @@ std::optional<MapContradiction> ContradictionOfMap(const SurveyMap& map,
       Describe(shown.kind),
       AzimuthAndElevation(map.sun_direction_enu),
       stated ? "environment.sun_direction_enu, or the map's orientation,"
-             : "the map's orientation, north, place or time (zone)",
+             : "the map's orientation, north (site.north_uncertain_deg lets the map correct it), "
+               "place or time (zone)",
       contradiction.sun_direction_enu ? "; the map's own sun is used for its light" : "");
   return contradiction;
 }
@@ -154,6 +155,17 @@ Gray8Image TurnedMask(const Gray8Image& mask, double clockwise_rad) {
   return turned;
 }
 
+RgbImage ReadMap(const std::filesystem::path& file) {
+  if (std::filesystem::is_regular_file(file) && !HoldsRadiance(file)) {
+    throw std::runtime_error(fmt::format(
+        "{}: expected an OpenEXR or Radiance HDR picture as survey map, found {}: merge a bracket "
+        "(pleinair calibrate merge), or leave `environment` out and use the mesh's albedos",
+        file.string(),
+        DescribeContent(file)));
+  }
+  return ReadRadianceImage(file);
+}
+
 struct LoadedMap {
   SurveyMap map;
   double turned_rad = 0.0;  // Clockwise, relative to its file.
@@ -166,7 +178,7 @@ LoadedMap LoadEnvironment(const Sequence& sequence,
   LoadedMap loaded;
   SurveyMap& map = loaded.map;
   const std::filesystem::path file = sequence.folder / entry.image;
-  map.radiance = ReadRadianceImage(file);
+  map.radiance = ReadMap(file);
   if (map.radiance.width != 2 * map.radiance.height) {
     throw std::runtime_error(
         fmt::format("{}: expected a lat-long picture, twice as wide as high, found {}x{}",
@@ -373,7 +385,7 @@ double SecondsSinceFirstFrame(const Sequence& sequence, UtcTime time) {
 std::vector<std::string> FindSunInMap(Sequence& sequence) {
   if (!sequence.environment || sequence.environment->sun_direction_enu || sequence.site) return {};
   EnvironmentEntry& entry = *sequence.environment;
-  RgbImage radiance = ReadRadianceImage(sequence.folder / entry.image);
+  RgbImage radiance = ReadMap(sequence.folder / entry.image);
   RepairRadiance(radiance);
   const std::optional<MapSun> shown = FindMapSun(radiance);
   entry.sun_direction_enu = shown ? shown->direction_enu : kNoSunDirectionEnu;
