@@ -22,6 +22,7 @@
 #include "scene/angle_between.h"
 #include "session/check/clock_check.h"
 #include "session/session_choices.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

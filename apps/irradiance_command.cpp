@@ -24,6 +24,7 @@
 #include "session/sequence_session.h"
 #include "session/sequence_site.h"
 #include "session/session_choices.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

@@ -13,6 +13,7 @@
 #include "scene/image_io.h"
 #include "scene/whole_file.h"
 #include "session/check/site_check.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/time_text.h"
 

@@ -20,6 +20,7 @@
 #include "session/file_blob_store.h"
 #include "session/map_north.h"
 #include "session/session_choices.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

@@ -68,21 +68,11 @@ struct SequenceSite {
   bool IsMisread() const { return std::ranges::any_of(warnings, &SiteWarning::spoils_forecast); }
 };
 
-// Reads the sun's direction from the environment map where neither a site nor
-// `environment.sun_direction_enu` gives it. It is used for the map and for frames that do not state
-// their own. A map without a sun is overcast, and so are those frames. Returns a note for the
-// report. Throws std::runtime_error, one line, for a frame that is stated not to be overcast under
-// such a map.
-std::vector<std::string> FindSunInMap(Sequence& sequence);
-
-// "azimuth 144.0 deg, elevation 52.6 deg", for people.
-std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
-
 // Loads mesh, environment map, mask and objects, and checks what needs no pictures (`warnings`):
 // units, a pose that another reading makes look at the mesh, openings, the frames' order. A sun in
 // the map that is 3 deg or more from its stated or computed direction is a note. Without such a
-// direction as FindSunInMap. Throws std::runtime_error, one line with the file and what was
-// expected.
+// direction as FindSunInMap (survey_map_file.h). Throws std::runtime_error, one line with the file
+// and what was expected.
 SequenceSite LoadSequenceSite(const Sequence& sequence);
 
 // Seconds from the sequence's first frame to `time`; the clock of animations.

@@ -26,6 +26,7 @@
 #include "session/corrected_pose.h"
 #include "session/map_sun_check.h"
 #include "session/sequence_site.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

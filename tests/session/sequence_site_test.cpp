@@ -13,6 +13,7 @@
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
+#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/north.h"
 #include "sunmodel/time_text.h"

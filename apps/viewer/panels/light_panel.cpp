@@ -6,6 +6,7 @@
 
 #include "apps/viewer/panel.h"
 #include "scene/lighting.h"
+#include "session/survey_map_file.h"
 
 namespace pleinair {
 namespace {
