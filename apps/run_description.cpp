@@ -1,6 +1,9 @@
 #include "apps/run_description.h"
 
+#include <cmath>
+#include <cstddef>
 #include <stdexcept>
+#include <string>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -26,6 +29,25 @@ std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
     (IsPlayedLinear(frame, preferred) ? any_linear : any_8_bit) = true;
   }
   return any_linear && any_8_bit ? "linear and 8-bit" : any_linear ? "linear" : "8-bit";
+}
+
+std::string HowSunIsKnown(const LightingEstimate& estimate) {
+  const Lighting& lighting = estimate.lighting;
+  if (!LightIsKnown(lighting)) {
+    return " (hardly known: the picture shows neither sun nor shade; earlier light and weather "
+           "answer)";
+  }
+  if (estimate.sun_observable) return {};
+  double sun = 0.0;
+  double stddev = 0.0;
+  const std::size_t side = 3 * (1 + lighting.sky.size());
+  for (std::size_t c = 0; c < 3 && lighting.covariance.size() == side * side; ++c) {
+    sun += lighting.sun.irradiance_rgb[static_cast<int>(c)];
+    stddev += std::sqrt(lighting.covariance[c * (side + 1)]);
+  }
+  if (!(stddev < sun)) return " (sun not observable in this picture)";
+  return fmt::format(" (sun not observable in this picture; otherwise known to {:.0f} %)",
+                     100.0 * stddev / sun);
 }
 
 }  // namespace
@@ -75,11 +97,7 @@ void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frame
                          : std::string(),
                (sun.x + sun.y + sun.z) / 3.0,
                (sky.x + sky.y + sky.z) / 3.0,
-               !LightIsKnown(estimate.lighting) ? " (hardly known: the picture shows neither "
-                                                  "sun nor shade; earlier light and "
-                                                  "weather answer)"
-               : estimate.sun_observable        ? ""
-                                                : " (sun not observable)");
+               HowSunIsKnown(estimate));
 }
 
 std::string TitleOf(const Sequence& sequence) { return "pleinair: " + sequence.NameOrFolder(); }

@@ -86,17 +86,22 @@ MergedValue WeightedMean(const ChannelModel& channel, std::span<const Measuremen
   return merged;
 }
 
+// Below 0 where there are not two to compare.
 double RelativeDifference(const ChannelModel& channel,
                           std::span<const Measurement> measurements,
                           double merged) {
+  constexpr int kFromCode = 32;  // Darker codes differ by their noise.
   double least = std::numeric_limits<double>::infinity();
   double most = 0.0;
+  int compared = 0;
   for (const Measurement& measured : measurements) {
+    if (measured.code < kFromCode) continue;
+    ++compared;
     const double radiance = channel.Linear(measured.code) / measured.exposure;
     least = std::min(least, radiance);
     most = std::max(most, radiance);
   }
-  return (most - least) / merged;
+  return compared > 1 ? (most - least) / merged : -1.0;
 }
 
 // `scratch` has room for all measurements.
@@ -110,9 +115,7 @@ MergedValue Merge(const ChannelModel& channel,
   }
   if (!scratch.empty()) {
     MergedValue merged = WeightedMean(channel, scratch);
-    if (scratch.size() > 1) {
-      merged.difference = RelativeDifference(channel, scratch, merged.radiance);
-    }
+    merged.difference = RelativeDifference(channel, scratch, merged.radiance);
     return merged;
   }
 

@@ -50,16 +50,16 @@ class FisheyeLightingSource final : public LightingSource {
 
     glm::dvec3 sun_stddev_rgb = sky_.Sun().stddev_rgb;
     lighting.sun.irradiance_rgb = sky_.Sun().irradiance_rgb;
+    estimate.sun_elsewhere_enu = sky_.Sun().elsewhere_enu;
     if (sky_.Sun().clipped) {
       sun_stddev_rgb = FitClippedSun(observation, estimate);
     } else {
-      estimate.sun_elsewhere_enu = sky_.Sun().elsewhere_enu;
-      estimate.sun_observable =
-          observation.sun.direction_enu.z > 0.0 && !estimate.sun_elsewhere_enu;
+      estimate.sun_observable = observation.sun.direction_enu.z > 0.0;
       const double relative = estimate.sun_elsewhere_enu ? kMisplacedError : kPhotometricError;
       const glm::dvec3 of_itself = relative * lighting.sun.irradiance_rgb;
       sun_stddev_rgb = glm::sqrt(sun_stddev_rgb * sun_stddev_rgb + of_itself * of_itself);
     }
+    if (estimate.sun_elsewhere_enu) estimate.sun_observable = false;
     lighting.covariance.assign(36, 0.0);
     for (std::size_t c = 0; c < 3; ++c) {
       const auto channel = static_cast<int>(c);

@@ -27,6 +27,8 @@ constexpr double kSearchRadiusRad = 2.5 * std::numbers::pi / 180.0;
 constexpr double kRingWidthRad = 1.5 * std::numbers::pi / 180.0;
 // Above the sky around: a thin cloud's bright patch is not a disc.
 constexpr float kDiscContrast = 3.0f;
+// The least above the ring for a disc that is far above the sky around that.
+constexpr float kSpreadContrast = 1.5f;
 // Values this near to the picture's largest one are as large as it: half precision's steps.
 constexpr float kFlatTop = 0.999f;
 // A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
@@ -38,12 +40,14 @@ constexpr float kMuchBrighter = 10.0f;
 constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
 constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
 constexpr float kMostAureole = 2.0f;
+// Half of the light above this many times the sky may be a bright aureole, not the lens's.
+constexpr float kBrightestAureole = 10.0f;
 // A disc that is not where it should be counts as the sun if it has this share of the sky's light.
-constexpr double kLeastShareElsewhere = 0.1;
+// A clear sun has 1.5 times and more of it, its reflection in a window a tenth of that.
+constexpr double kLeastShareElsewhere = 0.7;
 // Clouds blown out have no disc: a plateau is steep where few pixels are lower by some steps.
 constexpr float kOneLevel = 1e-5f;
 constexpr float kFewSteps = 0.025f;
-constexpr double kAboveTheSky = 1.5;  // An evenly white sky is level, too.
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
@@ -89,13 +93,17 @@ void FisheyeSky::Read(const RgbImage& radiance,
         std::to_string(direction.width) + "x" + std::to_string(direction.height));
   }
   DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
+  if (sun_direction_enu.z > 0.0 && disc.pixels.empty()) {
+    const std::uint32_t brightest = BrightestPixel(radiance);
+    // A sensor's limit is the most that the picture holds anywhere.
+    sun_.clipped =
+        brightest != kNone &&
+        disc.level_luminance >= (1.0f - kOneLevel) * Luminance(radiance.pixels[brightest]);
+    if (brightest != kNone && !sun_.clipped) {
+      disc = FindDiscElsewhere(radiance, brightest, sun_angular_radius_rad);
+    }
+  }
   ReadSky(radiance, disc);
-  if (!(sun_direction_enu.z > 0.0) || !disc.pixels.empty()) return;
-  const double mean_sky = Largest(glm::vec3(sky_irradiance_rgb_)) / std::numbers::pi;
-  sun_.clipped = disc.blown_out_at > kAboveTheSky * mean_sky;
-  if (sun_.clipped) return;
-  disc = FindDiscElsewhere(radiance, sun_angular_radius_rad);
-  if (!disc.pixels.empty()) ReadSky(radiance, disc);
 }
 
 FisheyeSky::PixelWindow FisheyeSky::WindowAround(const glm::dvec3& direction_enu,
@@ -129,6 +137,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   };
   std::vector<Near> near;
   std::uint32_t peak = kNone;
+  float brightest_beyond = 0.0f;
   const PixelWindow window =
       WindowAround(sun_direction_enu, 2.0 * kSearchRadiusRad + kRingWidthRad);
   for (int y = window.top; y < window.bottom; ++y) {
@@ -140,13 +149,18 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
         continue;
       }
       near.push_back({pixel, 0.0});
-      if (AngleBetweenRad(direction, sun_direction_enu) <= kSearchRadiusRad &&
-          (peak == kNone || Luminance(radiance.pixels[pixel]) > Luminance(radiance.pixels[peak]))) {
+      const float luminance = Luminance(radiance.pixels[pixel]);
+      if (AngleBetweenRad(direction, sun_direction_enu) > kSearchRadiusRad) {
+        brightest_beyond = std::max(brightest_beyond, luminance);
+      } else if (peak == kNone || luminance > Luminance(radiance.pixels[peak])) {
         peak = pixel;
       }
     }
   }
-  if (peak == kNone) return disc;
+  // The slope of a sun that stands beyond is no disc.
+  if (peak == kNone || brightest_beyond > kDiscContrast * Luminance(radiance.pixels[peak])) {
+    return disc;
+  }
 
   const double pixel_sr = table_.solid_angle_sr.pixels[peak];
   const double pixel_rad = std::sqrt(pixel_sr);
@@ -186,7 +200,18 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
     spread[c] = 1.4826 * UpperMedianInPlace(values);
   }
   const float contrast = Luminance(radiance.pixels[peak]) / Luminance(disc.background);
-  if (!(contrast > kDiscContrast)) {
+  // A lens may spread the disc over the ring.
+  bool is_spread = false;
+  if (contrast > kSpreadContrast && contrast <= kMuchBrighter) {
+    std::vector<double> beyond_glare;
+    for (const Near& at : near) {
+      if (at.from_peak_rad <= kGlareRad) continue;
+      beyond_glare.push_back(Luminance(radiance.pixels[at.pixel]));
+    }
+    const double sky = UpperMedianInPlace(beyond_glare);
+    is_spread = sky > 0.0 && Luminance(radiance.pixels[peak]) > kMuchBrighter * sky;
+  }
+  if (!(contrast > kDiscContrast) && !is_spread) {
     std::ptrdiff_t level = 0;
     std::ptrdiff_t almost = 0;
     double level_sr = 0.0;
@@ -199,7 +224,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
     }
     DiscArea none;
     if (level_sr > kWidestFlatTop * true_disc_sr + pixel_sr && almost < 2 * level) {
-      none.blown_out_at = largest;
+      none.level_luminance = Luminance(radiance.pixels[peak]);
     }
     return none;
   }
@@ -213,7 +238,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   sun_.irradiance_rgb = glm::max(sun_.irradiance_rgb, glm::dvec3(0.0));
   sun_.stddev_rgb = disc_sr * spread;
   sun_.clipped = has_flat_top;
-  if (contrast > kMuchBrighter) TakeGlare(radiance, centre, disc);
+  if (contrast > kMuchBrighter || is_spread) TakeGlare(radiance, centre, disc);
   return disc;
 }
 
@@ -245,46 +270,72 @@ void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_en
     most[c] =
         kMostAureole * static_cast<float>(UpperMedianInPlace(far[static_cast<std::size_t>(c)]));
   }
-  disc.background = glm::min(disc.background, most);
-  glm::dvec3 glare(0.0);
+  const glm::vec3 background = glm::min(disc.background, most);
+  double disc_sr = 0.0;
+  for (const std::uint32_t pixel : disc.pixels) disc_sr += table_.solid_angle_sr.pixels[pixel];
+  glm::dvec3 glare = disc_sr * glm::dvec3(disc.background - background);
+  glm::dvec3 doubtful(0.0);
+  disc.background = background;
+  const glm::vec3 brightest_aureole = kBrightestAureole / kMostAureole * most;
   for (const std::uint32_t pixel : near) {
     const glm::vec3& value = radiance.pixels[pixel];
     if (!(Luminance(value) > Luminance(most))) continue;
     disc.pixels.push_back(pixel);
-    glare += double{table_.solid_angle_sr.pixels[pixel]} *
-             glm::max(glm::dvec3(value - disc.background), glm::dvec3(0.0));
+    const double solid_angle_sr = table_.solid_angle_sr.pixels[pixel];
+    const auto above = [&](const glm::vec3& radiance_there) {
+      return solid_angle_sr * glm::max(glm::dvec3(radiance_there - background), glm::dvec3(0.0));
+    };
+    glare += above(value);
+    doubtful += 0.5 * above(glm::min(value, brightest_aureole));
   }
   sun_.irradiance_rgb += glare;
-  sun_.stddev_rgb += 0.5 * glare;  // Half of it may be a bright aureole.
+  sun_.stddev_rgb += doubtful;
 }
 
-FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
-                                                   double sun_angular_radius_rad) {
+std::uint32_t FisheyeSky::BrightestPixel(const RgbImage& radiance) const {
   float peak = 0.0f;
-  glm::dvec3 there(0.0);
+  std::uint32_t brightest = kNone;
   for (std::size_t pixel = 0; pixel < radiance.pixels.size(); ++pixel) {
-    const glm::vec3& direction = table_.direction_world.pixels[pixel];
     const glm::vec3& value = radiance.pixels[pixel];
-    if (!(direction.z > 0.0f) || !(table_.solid_angle_sr.pixels[pixel] > 0.0f) ||
-        !(Luminance(value) > peak) || !IsMeasured(value)) {
+    if (!(Luminance(value) > peak) || !IsMeasured(value)) continue;
+    if (!(table_.direction_world.pixels[pixel].z > 0.0f) ||
+        !(table_.solid_angle_sr.pixels[pixel] > 0.0f)) {
       continue;
     }
     peak = Luminance(value);
-    there = glm::dvec3(direction);
+    brightest = static_cast<std::uint32_t>(pixel);
   }
-  if (!(peak > 0.0f)) return {};
+  return brightest;
+}
+
+FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
+                                                   std::uint32_t brightest,
+                                                   double sun_angular_radius_rad) {
+  const glm::dvec3 there(table_.direction_world.pixels[brightest]);
+  const float peak = Luminance(radiance.pixels[brightest]);
   DiscArea disc = ReadDisc(radiance, there, sun_angular_radius_rad);
-  const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
-  const double disc_light = sum(sun_.irradiance_rgb);
-  const double light_of_the_rest = sum(sky_irradiance_rgb_) - disc_light * there.z;
-  const bool is_sun = !disc.pixels.empty() && peak > kMuchBrighter * Luminance(disc.background) &&
-                      disc_light > kLeastShareElsewhere * light_of_the_rest;
-  if (!is_sun) {
-    sun_ = {};
-    return {};
+  if (!disc.pixels.empty() && peak > kMuchBrighter * Luminance(disc.background)) {
+    const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
+    const double disc_light = sum(sun_.irradiance_rgb);
+    const double rest = HorizontalLight(radiance) - disc_light * there.z;
+    if (disc_light > kLeastShareElsewhere * rest) {
+      sun_.elsewhere_enu = there;
+      return disc;
+    }
   }
-  sun_.elsewhere_enu = there;
-  return disc;
+  sun_ = {};
+  return {};
+}
+
+double FisheyeSky::HorizontalLight(const RgbImage& radiance) const {
+  double light = 0.0;
+  for (std::size_t pixel = 0; pixel < radiance.pixels.size(); ++pixel) {
+    const float up = table_.direction_world.pixels[pixel].z;
+    const glm::vec3& value = radiance.pixels[pixel];
+    if (!(up > 0.0f) || !IsMeasured(value)) continue;
+    light += double{Luminance(value) * table_.solid_angle_sr.pixels[pixel] * up};
+  }
+  return light;
 }
 
 void FisheyeSky::ReadSky(const RgbImage& radiance, const DiscArea& disc) {

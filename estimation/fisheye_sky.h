@@ -27,7 +27,8 @@ struct SunDiscReading {
   // From the unevenness of the sky around the disc, and of the glare. Without meaning where
   // clipped.
   glm::dvec3 stddev_rgb{0.0};
-  // The picture's brightest value covers more than a sun's disc: the irradiance is a lower bound.
+  // The picture's brightest value covers more than a sun's disc, or the sky there is level: the
+  // irradiance is a lower bound.
   bool clipped = false;
   // Where the picture shows the sun that was measured, if not where it was looked for: the camera's
   // orientation or lens, or the sun's direction, is wrong.
@@ -51,7 +52,7 @@ class FisheyeSky {
              SkyDetail detail = SkyDetail::kPicture);
 
   // The disc is looked for within 2.5 deg of `sun_direction_enu`; a sun below the horizon has none.
-  // Where there is none, a disc anywhere that holds a tenth of the sky's light is the sun, too.
+  // Where there is none, a disc anywhere that holds 0.7 of the sky's light is the sun, too.
   // Pixels that are not finite or below 0 are left out.
   // Throws std::invalid_argument for a picture of another size than the camera's.
   void Read(const RgbImage& radiance,
@@ -97,15 +98,20 @@ class FisheyeSky {
   struct DiscArea {
     std::vector<std::uint32_t> pixels;
     glm::vec3 background{0.0f};
-    // Without a disc: the level at which the sky there is cut off; 0 where it is not.
-    float blown_out_at = 0.0f;
+    float level_luminance = 0.0f;  // Without a disc: of a level top there; 0 without one.
   };
   DiscArea ReadDisc(const RgbImage& radiance,
                     const glm::dvec3& sun_direction_enu,
                     double sun_angular_radius_rad);
   // Counts light near a disc that outshines the sky as the disc's.
   void TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_enu, DiscArea& disc);
-  DiscArea FindDiscElsewhere(const RgbImage& radiance, double sun_angular_radius_rad);
+  // Of the upper hemisphere on a level plane, the sum of the channels.
+  double HorizontalLight(const RgbImage& radiance) const;
+  // In the upper hemisphere; kNone in the dark.
+  std::uint32_t BrightestPixel(const RgbImage& radiance) const;
+  DiscArea FindDiscElsewhere(const RgbImage& radiance,
+                             std::uint32_t brightest,
+                             double sun_angular_radius_rad);
   void ReadSky(const RgbImage& radiance, const DiscArea& disc);
 };
 

@@ -86,6 +86,7 @@ NorthCorrection CorrectNorth(const std::function<std::unique_ptr<FrameSource>()>
   const double stated = stated_stddev_rad * stated_stddev_rad;
   const double seen = north.shadows_stddev_rad * north.shadows_stddev_rad;
   if (std::abs(north.shadows_azimuth_rad) > kMostSigmasOff * std::sqrt(stated + seen)) {
+    north.contradicts = true;
     north.reason = "they contradict the stated deviation";
     return north;
   }

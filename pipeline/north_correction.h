@@ -17,6 +17,7 @@ struct NorthCorrection {
   // Whether shadows determine north. Where not, `reason` says why, and north is unchanged.
   bool determined = false;
   std::string reason;
+  bool contradicts = false;  // Shadows determine a north that contradicts the stated deviation.
   // Azimuth of the model's +Y, clockwise from true north, with the stated deviation as a normal
   // prior about 0. Without shadows 0 and the stated deviation.
   double north_azimuth_rad = 0.0;

@@ -113,6 +113,7 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
   Sequence& sequence = loaded.sequence;
   if (!sequence.site || !(sequence.north_stddev_rad > 0.0)) return {};
   const double stated_stddev_rad = sequence.north_stddev_rad;
+  bool is_contradicted = false;
   std::string no_shadows = "no recorded frames show shadows";
   if (sequence.HasPictures()) {
     std::vector<std::string> unused_notes;
@@ -134,7 +135,8 @@ std::string CorrectNorthOf(const SessionOptions& options, LoadedSequence& loaded
     no_shadows =
         fmt::format("the shadows in {} frame(s) do not correct it: {}", north.frames, north.reason);
   }
-  if (const std::optional<MapNorth> map = TakeNorthOfMap(sequence)) {
+  const auto map = is_contradicted ? std::nullopt : TakeNorthOfMap(sequence);
+  if (map) {
     return DescribeNorth(sequence,
                          stated_stddev_rad,
                          {"the map's own sun says", map->azimuth_rad, map->stddev_rad}) +

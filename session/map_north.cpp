@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "pipeline/sun_state.h"
@@ -22,10 +23,14 @@ std::optional<MapNorth> NorthOfMap(const Sequence& sequence) {
   true_north.model_north_azimuth_rad = 0.0;
   const glm::dvec3 computed = SunOverSite(true_north, sequence.environment->time).direction_enu;
   if (!(computed.z > 0.0)) return std::nullopt;
-  RgbImage radiance = ReadRadianceImage(sequence.folder / sequence.environment->image);
+  const std::filesystem::path file = sequence.folder / sequence.environment->image;
+  if (!HoldsRadiance(file)) return std::nullopt;  // What reads it for its light says so.
+  RgbImage radiance = ReadRadianceImage(file);
   RepairRadiance(radiance);
   const std::optional<MapSun> sun = FindMapSun(radiance);
-  if (!sun) return std::nullopt;
+  if (!sun || (sun->kind != MapSunKind::kDisc && sun->kind != MapSunKind::kFlatTop)) {
+    return std::nullopt;
+  }
   const glm::dvec3& shown = sun->direction_enu;
   const auto height_rad = [](const glm::dvec3& direction) {
     return std::asin(std::clamp(direction.z, -1.0, 1.0));
@@ -38,9 +43,12 @@ std::optional<MapNorth> NorthOfMap(const Sequence& sequence) {
   const auto azimuth_rad = [](const glm::dvec3& direction) {
     return std::atan2(direction.x, direction.y);
   };
-  const double turn_rad = azimuth_rad(computed) - azimuth_rad(shown);
-  return MapNorth{std::remainder(turn_rad, 2.0 * std::numbers::pi),
-                  std::hypot(kMapToModelRad, sun->uncertain_rad / level)};
+  const MapNorth north{
+      std::remainder(azimuth_rad(computed) - azimuth_rad(shown), 2.0 * std::numbers::pi),
+      std::hypot(kMapToModelRad, sun->uncertain_rad / level)};
+  constexpr double kSurelyTurnedSigmas = 3.0;
+  if (std::abs(north.azimuth_rad) < kSurelyTurnedSigmas * north.stddev_rad) return std::nullopt;
+  return north;
 }
 
 }  // namespace pleinair

@@ -158,7 +158,7 @@ std::vector<std::string> FindSunInMap(Sequence& sequence) {
   constexpr double kWorthAWord = 1e-3;
   if (const double cut_off = ShareCutOff(radiance); cut_off >= kWorthAWord) {
     note += fmt::format(
-        "; but {:.1f} % of its sky is cut off at one value, and the sun may be there: "
+        "; but {:.1f} % of its upper half is cut off at one value, and the sun may be there: "
         "environment.sun_direction_enu, or a site, would say where",
         100.0 * cut_off);
   }

@@ -76,6 +76,7 @@ void ArchiveSurvey(Archive& archive, Survey& survey) {
   ArchivePlain(archive, light.sky_irradiance_rgb);
   ArchivePlain(archive, light.sun_origin);
   ArchivePlain(archive, light.albedo_stddev_rgb);
+  ArchivePlain(archive, light.clear_sky_beam_rgb);
   archive(light.sun_clipped, light.sun_hidden, light.aerosol_optical_depth_500nm, light.notes);
   ArchiveImage(archive, light.sky_radiance);
   ArchiveImage(archive, survey.unmodelled_shade);

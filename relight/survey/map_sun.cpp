@@ -99,15 +99,19 @@ class Spot {
 
   // The same where the sun and much of its glare are cut at the map's largest value, which
   // `level_sr` of the map have.
-  std::optional<MapSun> AsPlateau(double level_sr) {
+  std::optional<MapSun> AsPlateau(double level_sr, double sky_light) {
     FindTop(peak_ * (1.0 - kOneLevel));
     const double area_sr = std::numbers::pi * radius_rad_ * radius_rad_;
     if (top_.size() < kLeastPlateauPixels || !(area_sr >= kLeastPlateauShare * level_sr) ||
-        !(radius_rad_ <= kLargestPlateauRad) || !IsRound()) {
+        !(radius_rad_ > kLargestDiscRad + pixel_rad_) || !(radius_rad_ <= kLargestPlateauRad) ||
+        !IsRound()) {
       return std::nullopt;
     }
     around_ = MedianBetween(centre_, 2.0 * radius_rad_, 4.0 * radius_rad_);
-    if (!(peak_ >= kLeastFlatContrast * around_) || !Fades()) return std::nullopt;
+    if (!(peak_ >= kLeastFlatContrast * around_) || !(peak_ <= kMostFlatContrast * around_) ||
+        !(ExcessWithin(radius_rad_) >= kLeastGlowShare * sky_light) || !Fades()) {
+      return std::nullopt;
+    }
     return MapSun{centre_, MapSunKind::kPlateau, 0.7 * radius_rad_ + pixel_rad_};
   }
 
@@ -257,10 +261,13 @@ Level LevelOf(const GrayImage& luminance) {
 }
 
 // Looks in the middle of what is level.
-std::optional<MapSun> FindPlateau(const GrayImage& luminance) {
+std::optional<MapSun> FindPlateau(const GrayImage& luminance, double sky_light) {
   const LatLongSize size{luminance.width, luminance.height};
   const Level level = LevelOf(luminance);
-  if (!(level.value > 0.0f)) return std::nullopt;
+  const double largest_sr = std::numbers::pi * kLargestPlateauRad * kLargestPlateauRad;
+  if (!(level.value > 0.0f) || level.solid_angle_sr * kLeastPlateauShare > largest_sr) {
+    return std::nullopt;
+  }
   glm::dvec3 middle(0.0);
   for (const glm::ivec2& at : level.pixels) {
     middle += LatLongPixelSolidAngleSr(at.y, size) * MapPixelDirection(at.x, at.y, size);
@@ -270,7 +277,7 @@ std::optional<MapSun> FindPlateau(const GrayImage& luminance) {
            glm::dot(MapPixelDirection(b.x, b.y, size), middle);
   };
   const glm::ivec2 nearest = *std::max_element(level.pixels.begin(), level.pixels.end(), farther);
-  return Spot(luminance, nearest.x, nearest.y).AsPlateau(level.solid_angle_sr);
+  return Spot(luminance, nearest.x, nearest.y).AsPlateau(level.solid_angle_sr, sky_light);
 }
 
 }  // namespace
@@ -301,7 +308,7 @@ std::optional<MapSun> FindMapSun(const RgbImage& map) {
   }
   std::optional<MapSun> sun;
   if (brightest) sun = brightest->AsSun(sky_light);
-  return sun ? sun : FindPlateau(luminance);
+  return sun ? sun : FindPlateau(luminance, sky_light);
 }
 
 double ShareCutOff(const RgbImage& map) {

@@ -27,13 +27,16 @@ struct MapSun {
 // Where the sun shines in the upper half of `map` (lat-long, finite, not negative); none where it
 // is hidden (an overcast sky, a building before it) or was never there (a room).
 //
-// Method    The spot with the most light within a degree. It is the sun where it outshines the sky
+// Method    The spot with the most light within a degree, or the middle of what is level. It is the
+// sun where it outshines the sky
 //           around, is round, and one of these holds. It has a tenth of the light of the rest; it
 //           is a small disc cut at one level that nothing else in the map reaches; or it fades into
 //           a glow of a few degrees that holds 2 % of the light; or it is most of what is cut at
 //           the map's largest value, up to 16 degrees wide, and fades. Lamps and reflections in
 //           windows hold less; bright clouds and windows are larger, or do not fade.
-// Not       distinguished from the sun: one lamp that holds a tenth of a room's light.
+// Not       distinguished from the sun: one lamp that holds a tenth of a room's light, or one of
+// two
+//           degrees and more that is cut off, fades and holds 2 %.
 std::optional<MapSun> FindMapSun(const RgbImage& map);
 
 // Share of the upper half, by solid angle, that is cut off at the map's largest value and brighter

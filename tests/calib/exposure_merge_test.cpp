@@ -43,6 +43,16 @@ TEST(MergeExposures, GivesTheLightBackWithItsNoise) {
   EXPECT_LT(merged.median_difference, 0.15);  // Its noise.
 }
 
+// Long brackets of a small sensor are no different views.
+TEST(MergeExposures, PicturesOfOneViewAgreeThoughTheyAreNoisy) {
+  const CameraNoise phone{.full_well_electrons = 4000.0, .read_noise_electrons = 6.0};
+  const SyntheticBracket bracket =
+      MakeBracket([](double linear) { return 255.0 * SrgbFromLinear(linear); },
+                  {16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625},
+                  phone);
+  EXPECT_LT(MergeExposures(bracket.pictures, ResponseCurve::Srgb()).median_difference, 0.25);
+}
+
 TEST(MergeExposures, SaysHowFarPicturesOfDifferentViewsDiffer) {
   SyntheticBracket bracket =
       MakeBracket([](double linear) { return 255.0 * SrgbFromLinear(linear); }, kStops);

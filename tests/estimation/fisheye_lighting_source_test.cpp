@@ -104,6 +104,27 @@ TEST(FisheyeLightingSource, AClippedDiscWithoutSunPatchesIsUncertain) {
   EXPECT_LT(std::abs(estimate->lighting.sun.irradiance_rgb.y - beam), 2.0 * sigma);
 }
 
+// Whole or clipped: the caller can say so, and the sun is not taken for well known.
+TEST(FisheyeLightingSource, ASunElsewhereIsSaidAndIsUncertain) {
+  for (const float limit : {1e9f, 5e5f}) {
+    Scene scene;
+    scene.fisheye.PutSunAt(20.0, 35.0);
+    scene.fisheye.spread_px = 1.0;
+    RgbImage picture = MakeFisheyePicture(scene.fisheye);
+    for (glm::vec3& pixel : picture.pixels) pixel = glm::min(pixel, glm::vec3(limit));
+    scene.frame.fisheye_radiance = picture;
+    const auto estimate = scene.Estimate();
+    ASSERT_TRUE(estimate.has_value());
+    ASSERT_TRUE(estimate->sun_elsewhere_enu) << limit;
+    EXPECT_GT(glm::dot(*estimate->sun_elsewhere_enu, scene.fisheye.sun_direction_enu), 0.9999);
+    EXPECT_FALSE(estimate->sun_observable) << limit;
+    if (limit < 1e9f) continue;
+    const double sun = estimate->lighting.sun.irradiance_rgb.y;
+    EXPECT_NEAR(sun, scene.picture.sun.y, 0.02 * scene.picture.sun.y);
+    EXPECT_GE(std::sqrt(estimate->lighting.covariance[7]), 0.25 * sun);
+  }
+}
+
 TEST(FisheyeLightingSource, AFrameWithoutAPictureFails) {
   Scene scene;
   scene.frame.fisheye_radiance.reset();

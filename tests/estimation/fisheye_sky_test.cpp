@@ -179,7 +179,46 @@ TEST(FisheyeSkyHardCases, GlareIsTheSunsAndNotTheSkys) {
   EXPECT_LT(brightest * sky.SkyIrradianceRgb().y, 2.5 * picture.Sky(towards).y);
 }
 
-// A camera that is turned, or another lens: the disc's strength is right all the same.
+// Whatever the lens makes of the disc, its light is the sun's: to 1 % of sun and sky.
+TEST(FisheyeSkyHardCases, LosesNoLightBetweenSunAndSky) {
+  for (const double spread_px : {0.0, 1.0, 2.0, 3.0}) {
+    FisheyePicture picture;
+    picture.spread_px = spread_px;
+    const FisheyeSky with = ReadPicture(picture, MakeFisheyePicture(picture));
+    const double disc = picture.sun_radiance.y * std::numbers::pi * kSunRadius * kSunRadius;
+    EXPECT_NEAR(with.Sun().irradiance_rgb.y, disc, 0.01 * disc) << spread_px;
+    EXPECT_LT(with.Sun().stddev_rgb.y, 0.08 * disc) << spread_px;
+    picture.sun_radiance = glm::dvec3(0.0);
+    const FisheyeSky without = ReadPicture(picture, MakeFisheyePicture(picture));
+    EXPECT_NEAR(with.SkyIrradianceRgb().y,
+                without.SkyIrradianceRgb().y,
+                0.01 * without.SkyIrradianceRgb().y)
+        << spread_px;
+  }
+}
+
+// Where it is looked for there is only the slope of its glare.
+TEST(FisheyeSkyHardCases, ASunAFewDegreesOffIsNotTakenForItsSlope) {
+  for (const double spread_px : {0.0, 2.0, 4.0}) {
+    for (const double off_deg : {3.0, 4.0, 5.0, 8.0}) {
+      FisheyePicture picture;
+      picture.spread_px = spread_px;
+      picture.PutSunAt(160.0, 40.0);
+      const RgbImage radiance = MakeFisheyePicture(picture);
+      const double shown = ReadPicture(picture, radiance).Sun().irradiance_rgb.y;
+      picture.PutSunAt(160.0, 40.0 + off_deg);
+      const SunDiscReading sun = ReadPicture(picture, radiance).Sun();
+      // A pixel is 0.35 deg: a blurred disc reaches into where it is looked for.
+      if (off_deg > 2.5 + 2.0 * 0.35 * spread_px) {
+        EXPECT_TRUE(sun.elsewhere_enu) << spread_px << " " << off_deg;
+      }
+      EXPECT_NEAR(sun.irradiance_rgb.y, shown, 1e-2 * shown) << spread_px << " " << off_deg;
+    }
+  }
+}
+
+// A camera that is turned, or another lens: the disc's strength is right all the same, and the sky
+// is the same object from picture to picture.
 TEST(FisheyeSkyHardCases, ASunThatIsNotWhereItShouldBeIsFoundAndSaid) {
   FisheyePicture picture;
   const RgbImage radiance = MakeFisheyePicture(picture);
@@ -187,7 +226,7 @@ TEST(FisheyeSkyHardCases, ASunThatIsNotWhereItShouldBeIsFoundAndSaid) {
   EXPECT_FALSE(right.Sun().elsewhere_enu);
   const glm::dvec3 shown = picture.sun_direction_enu;
   picture.PutSunAt(250.0, 30.0);
-  const FisheyeSky wrong = ReadPicture(picture, radiance);
+  FisheyeSky wrong = ReadPicture(picture, radiance);
   ASSERT_TRUE(wrong.Sun().elsewhere_enu);
   EXPECT_LT(AngleBetweenRad(*wrong.Sun().elsewhere_enu, shown), 0.01);
   EXPECT_NEAR(wrong.Sun().irradiance_rgb.y,
@@ -197,10 +236,10 @@ TEST(FisheyeSkyHardCases, ASunThatIsNotWhereItShouldBeIsFoundAndSaid) {
       wrong.SkyIrradianceRgb().y, right.SkyIrradianceRgb().y, 1e-3 * right.SkyIrradianceRgb().y);
 }
 
-// A lamp, and the disc of a sun that a cloud all but hides, are none.
+// A lamp, the sun in a window, and a disc that a cloud all but hides, are none.
 TEST(FisheyeSkyHardCases, AFaintSpotElsewhereIsNoSun) {
   FisheyePicture picture;
-  picture.sun_radiance = glm::dvec3(4e4);  // A twentieth of the sky's light.
+  picture.sun_radiance = glm::dvec3(7e5);  // Half of the sky's light.
   const RgbImage radiance = MakeFisheyePicture(picture);
   picture.PutSunAt(250.0, 30.0);
   const FisheyeSky sky = ReadPicture(picture, radiance);
@@ -215,11 +254,12 @@ TEST(FisheyeSkyHardCases, ASkyThatIsBlownOutHasAClippedSun) {
   RgbImage radiance = MakeFisheyePicture(picture);
   for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(80.0f));
   EXPECT_TRUE(ReadPicture(picture, radiance).Sun().clipped);
-  // A bright cloud there is not level; an evenly white sky is no sun.
+  // Nor where all of the sky is white.
+  for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(15.0f));
+  EXPECT_TRUE(ReadPicture(picture, radiance).Sun().clipped);
+  // A bright cloud there is not level.
   picture.sun_radiance = glm::dvec3(4e4);
   EXPECT_FALSE(ReadPicture(picture, MakeFisheyePicture(picture)).Sun().clipped);
-  for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(20.0f));
-  EXPECT_FALSE(ReadPicture(picture, radiance).Sun().clipped);
 }
 
 // Cut off at a level that the disc passes and the sky does not: the flat top is wider than a disc

@@ -200,6 +200,11 @@ TEST(MapSun, IsNotALampOrAWindow) {
   RgbImage lamp = Map(room);
   AddDisc(Direction(190.0, 28.0), 0.4, 0.06, lamp);
   EXPECT_FALSE(FindMapSun(lamp));
+  RgbImage bright_lamp = Map(room);
+  AddDisc(Direction(190.0, 28.0), 0.6, 0.02, bright_lamp);
+  AddGlow(Direction(190.0, 28.0), 1.5, 1.0, bright_lamp);
+  Cut(60.0f, bright_lamp);
+  EXPECT_FALSE(FindMapSun(bright_lamp)) << "even, with a halo";
   RgbImage lamps = Map(room);
   for (const double azimuth_deg : {10.0, 130.0, 250.0}) {
     AddDisc(Direction(azimuth_deg, 45.0), 0.6, 1.0, lamps);

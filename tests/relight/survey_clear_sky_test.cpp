@@ -70,7 +70,6 @@ TEST(SurveyClearSky, ItsHazeIsFoundBetweenCloudsAndThinVeils) {
   }
 }
 
-// The share of it that a survey's walls leave is enough.
 // Clouds add a seventh.
 TEST(SurveyClearSky, ItsLightIsFoundBetweenClouds) {
   const glm::dvec3 cloudless = HorizontalIrradiance(MakeSky({}));
@@ -93,6 +92,7 @@ TEST(SurveyClearSky, ItsLightIsNotClaimedWhereMostOfTheSkyIsSomethingElse) {
   EXPECT_FALSE(found->irradiance_rgb);
 }
 
+// The share of it that a survey's walls leave is enough.
 TEST(SurveyClearSky, IsFoundInPartOfTheSky) {
   Gray8Image shows_sky = UpperHemisphere();
   for (int y = 0; y < kSize.height; ++y) {

@@ -49,7 +49,7 @@ class TurnedModel : public testing::Test {
 };
 
 TEST_F(TurnedModel, HasTheNorthThatItsMapShows) {
-  for (const double north_deg : {0.0, 20.0, -130.0, 179.0}) {
+  for (const double north_deg : {5.0, 20.0, -130.0, 179.0}) {
     WriteMap(north_deg);
     const auto north = NorthOfMap(sequence_);
     ASSERT_TRUE(north) << north_deg;
@@ -59,6 +59,12 @@ TEST_F(TurnedModel, HasTheNorthThatItsMapShows) {
     EXPECT_LT(std::abs(error_rad), north->stddev_rad);
     EXPECT_LT(north->stddev_rad, RadFromDeg(1.5));
   }
+}
+
+// Such a map may have been turned to true north, whatever the model's is.
+TEST_F(TurnedModel, IsNotFoundWhereTheMapStandsToTrueNorth) {
+  WriteMap(1.0);
+  EXPECT_FALSE(NorthOfMap(sequence_));
 }
 
 TEST_F(TurnedModel, IsNotFoundWhereTheMapsSunIsAtAnotherHeight) {

@@ -304,9 +304,14 @@ void MeasureClearBeam(const SurveyMap& map, const Gray8Image& shows_sky, SurveyL
   };
   const glm::dvec3 standard = beam_to_diffuse(kStandardAerosolDepth500nm);
   if (!(std::min({standard.x, standard.y, standard.z}) > 0.0)) return;  // On the horizon.
-  const glm::dvec3 by_haze = beam_to_diffuse(clear->aerosol_optical_depth_500nm) / standard;
-  light.clear_sky_beam_rgb = *clear->irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb *
-                             glm::pow(by_haze, glm::dvec3(kHazeTrust));
+  // A low sun's beam would follow the haze, which is not known so well, by any factor.
+  constexpr double kMostByHaze = 1.6;
+  const glm::dvec3 by_haze =
+      glm::clamp(glm::pow(beam_to_diffuse(clear->aerosol_optical_depth_500nm) / standard,
+                          glm::dvec3(kHazeTrust)),
+                 glm::dvec3(1.0 / kMostByHaze),
+                 glm::dvec3(kMostByHaze));
+  light.clear_sky_beam_rgb = *clear->irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb * by_haze;
 }
 
 bool IsClipped(const SurveyMap& map,
