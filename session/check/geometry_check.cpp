@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -267,10 +268,12 @@ SiteWarnings CheckUnits(const Sequence& sequence,
     all.lower_m = glm::min(all.lower_m, part.lower_m);
     all.upper_m = glm::max(all.upper_m, part.upper_m);
   }
+  std::set<std::string> said;  // A file that is placed several times is one mistake.
   for (const auto& [entry, object] : boxes) {
     const double size = LongestSide(object);
     if (IsUsual(size, kObjectLength)) continue;
     const std::string name = sequence.virtual_objects[entry].mesh.string();
+    if (!said.insert(name).second) continue;
     warnings.push_back(
         {"the virtual object seems not to be in metres",
          name,

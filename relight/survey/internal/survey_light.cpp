@@ -289,8 +289,8 @@ std::vector<MapPixel> TakeOutDisc(const SurveyMap& map,
 // does so at the beam's cost.
 void MeasureClearBeam(const SurveyMap& map, const Gray8Image& shows_sky, SurveyLight& light) {
   // Of the logarithm of what the sky's haze makes of beam over diffuse. The sky's shape gives
-  // ln(depth + 0.03) to 0.65 (four maps whose disc gives it, too); clear days differ by 0.5.
-  constexpr double kHazeTrust = 0.4;
+  // ln(depth + 0.03) to 0.65 (four maps whose disc gives it, too); clear days differ by 0.4 to 0.5.
+  constexpr double kHazeTrust = 0.3;
   light.clear_sky_beam_rgb = light.sky_irradiance_rgb * map.clear_sky_beam_to_diffuse_rgb;
   const auto clear = MeasureClearSky(map.radiance, shows_sky, light.sun_direction_enu);
   if (!clear) return;
