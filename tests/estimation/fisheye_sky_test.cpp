@@ -37,7 +37,8 @@ TEST(FisheyeSky, AveragesEachRegionOverItsSolidAngle) {
     glm::dvec3 mean(0.0);
     constexpr int kSide = 32;
     for (int i = 0; i < kSide * kSide; ++i) {
-      const glm::dvec2 point((i % kSide + 0.5) / kSide, (i / kSide + 0.5) / kSide);
+      const int row = i / kSide;
+      const glm::dvec2 point((i % kSide + 0.5) / kSide, (row + 0.5) / kSide);
       mean += picture.Sky(regions.DirectionIn(region, point)) / double{kSide * kSide};
     }
     for (int c = 0; c < 3; ++c) {

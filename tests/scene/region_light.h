@@ -13,8 +13,8 @@ inline double HorizontalIrradiance(const SkyRegions& regions, std::size_t region
   // The integral of sin(e) over the region's solid angle: pi / S (sin^2 e1 - sin^2 e0).
   const auto sectors = static_cast<double>(regions.Sectors());
   const auto bands = static_cast<double>(regions.Bands());
-  const auto band = static_cast<double>(region / static_cast<std::size_t>(regions.Sectors()));
-  return std::numbers::pi * (2.0 * band + 1.0) / (sectors * bands * bands);
+  const std::size_t band = region / static_cast<std::size_t>(regions.Sectors());
+  return std::numbers::pi * (2.0 * static_cast<double>(band) + 1.0) / (sectors * bands * bands);
 }
 
 }  // namespace pleinair
