@@ -21,8 +21,8 @@
 #include "pipeline/sun_check.h"
 #include "scene/angle_between.h"
 #include "session/check/clock_check.h"
+#include "session/direction_text.h"
 #include "session/session_choices.h"
-#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {
@@ -84,10 +84,8 @@ std::string DescribeSunElsewhere(int frame, const LightingEstimate& estimate) {
   const glm::dvec3& shown_enu = estimate.sun_elsewhere_enu.value();
   return fmt::format(
       "frame {}: the fish-eye picture shows the sun {:.1f} deg from where it is stated or "
-      "computed: "
-      "at {}, not at {}: fisheye.up, image_up, image_right or fov_deg, or the sun's direction, "
-      "place "
-      "or time may be wrong; the sun's strength is used, its place is not",
+      "computed: at {}, not at {}: fisheye.up, image_up, image_right or fov_deg, or the sun's "
+      "direction, place or time may be wrong; the sun's strength is used, its place is not",
       frame,
       DegFromRad(AngleBetweenRad(shown_enu, stated_enu)),
       AzimuthAndElevation(shown_enu),

@@ -1,7 +1,5 @@
 #include "apps/run_description.h"
 
-#include <cmath>
-#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -32,22 +30,15 @@ std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
 }
 
 std::string HowSunIsKnown(const LightingEstimate& estimate) {
-  const Lighting& lighting = estimate.lighting;
-  if (!LightIsKnown(lighting)) {
+  if (!LightIsKnown(estimate.lighting)) {
     return " (hardly known: the picture shows neither sun nor shade; earlier light and weather "
            "answer)";
   }
   if (estimate.sun_observable) return {};
-  double sun = 0.0;
-  double stddev = 0.0;
-  const std::size_t side = 3 * (1 + lighting.sky.size());
-  for (std::size_t c = 0; c < 3 && lighting.covariance.size() == side * side; ++c) {
-    sun += lighting.sun.irradiance_rgb[static_cast<int>(c)];
-    stddev += std::sqrt(lighting.covariance[c * (side + 1)]);
-  }
-  if (!(stddev < sun)) return " (sun not observable in this picture)";
+  const MeanIrradiance sun = MeanSunIrradiance(estimate.lighting);
+  if (!(sun.stddev > 0.0 && sun.stddev < sun.mean)) return " (sun not observable in this picture)";
   return fmt::format(" (sun not observable in this picture; otherwise known to {:.0f} %)",
-                     100.0 * stddev / sun);
+                     100.0 * sun.stddev / sun.mean);
 }
 
 }  // namespace

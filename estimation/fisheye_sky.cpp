@@ -14,6 +14,7 @@
 
 #include "estimation/internal/measured_pixel.h"
 #include "scene/angle_between.h"
+#include "scene/sun_in_picture.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -34,23 +35,38 @@ constexpr float kFlatTop = 0.999f;
 // A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
 constexpr double kWidestFlatTop = 1.5;
 
-// A lens spreads a disc of 10^4 times the sky over some degrees. Light above twice the sky farther
-// off is the disc's.
-constexpr float kMuchBrighter = 10.0f;
-constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
-constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
-constexpr float kMostAureole = 2.0f;
-// Half of the light above this many times the sky may be a bright aureole, not the lens's.
-constexpr float kBrightestAureole = 10.0f;
+// Half of the light up to this many times the sky may be a bright aureole, not of the lens.
+constexpr double kBrightestAureole = 10.0;
 // A disc that is not where it should be counts as the sun if it has this share of the sky's light.
 // A clear sun has 1.5 times and more of it, its reflection in a window a tenth of that.
 constexpr double kLeastShareElsewhere = 0.7;
-// Clouds blown out have no disc: a plateau is steep where few pixels are lower by some steps.
-constexpr float kOneLevel = 1e-5f;
-constexpr float kFewSteps = 0.025f;
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
+
+// A pixel near the sun's place.
+struct Near {
+  std::uint32_t pixel;
+  double from_peak_rad;
+};
+
+// The solid angle of what is level with `top`, if a sensor's limit makes it so; else 0.
+double CutOffSr(const RgbImage& radiance,
+                const GrayImage& solid_angle_sr,
+                std::span<const Near> near,
+                float top) {
+  std::ptrdiff_t level = 0;
+  std::ptrdiff_t almost = 0;
+  double level_sr = 0.0;
+  for (const Near& at : near) {
+    const float value = Largest(radiance.pixels[at.pixel]);
+    almost += value >= top * (1.0 - kFewSteps) ? 1 : 0;
+    if (!(std::abs(value - top) <= kOneLevel * top)) continue;
+    ++level;
+    level_sr += solid_angle_sr.pixels[at.pixel];
+  }
+  return almost < 2 * level ? level_sr : 0.0;
+}
 
 }  // namespace
 
@@ -98,7 +114,7 @@ void FisheyeSky::Read(const RgbImage& radiance,
     // A sensor's limit is the most that the picture holds anywhere.
     sun_.clipped =
         brightest != kNone &&
-        disc.level_luminance >= (1.0f - kOneLevel) * Luminance(radiance.pixels[brightest]);
+        disc.level_luminance >= (1.0 - kOneLevel) * Luminance(radiance.pixels[brightest]);
     if (brightest != kNone && !sun_.clipped) {
       disc = FindDiscElsewhere(radiance, brightest, sun_angular_radius_rad);
     }
@@ -131,10 +147,6 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   if (!(sun_direction_enu.z > -std::sin(sun_angular_radius_rad))) return disc;
   // Radius of the search for the disc, the same again for clipping, and a ring around it.
   const double reach_cosine = std::cos(2.0 * kSearchRadiusRad + kRingWidthRad);
-  struct Near {
-    std::uint32_t pixel;
-    double from_peak_rad;
-  };
   std::vector<Near> near;
   std::uint32_t peak = kNone;
   float brightest_beyond = 0.0f;
@@ -202,28 +214,19 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   const float contrast = Luminance(radiance.pixels[peak]) / Luminance(disc.background);
   // A lens may spread the disc over the ring.
   bool is_spread = false;
-  if (contrast > kSpreadContrast && contrast <= kMuchBrighter) {
+  if (contrast > kSpreadContrast && contrast <= kMuchBrighterThanSky) {
     std::vector<double> beyond_glare;
     for (const Near& at : near) {
       if (at.from_peak_rad <= kGlareRad) continue;
       beyond_glare.push_back(Luminance(radiance.pixels[at.pixel]));
     }
     const double sky = UpperMedianInPlace(beyond_glare);
-    is_spread = sky > 0.0 && Luminance(radiance.pixels[peak]) > kMuchBrighter * sky;
+    is_spread = sky > 0.0 && Luminance(radiance.pixels[peak]) > kMuchBrighterThanSky * sky;
   }
   if (!(contrast > kDiscContrast) && !is_spread) {
-    std::ptrdiff_t level = 0;
-    std::ptrdiff_t almost = 0;
-    double level_sr = 0.0;
-    for (const Near& at : near) {
-      const float value = Largest(radiance.pixels[at.pixel]);
-      almost += value >= largest * (1.0f - kFewSteps) ? 1 : 0;
-      if (!(std::abs(value - largest) <= kOneLevel * largest)) continue;
-      ++level;
-      level_sr += table_.solid_angle_sr.pixels[at.pixel];
-    }
     DiscArea none;
-    if (level_sr > kWidestFlatTop * true_disc_sr + pixel_sr && almost < 2 * level) {
+    const double cut_off_sr = CutOffSr(radiance, table_.solid_angle_sr, near, largest);
+    if (cut_off_sr > kWidestFlatTop * true_disc_sr + pixel_sr) {
       none.level_luminance = Luminance(radiance.pixels[peak]);
     }
     return none;
@@ -238,13 +241,15 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   sun_.irradiance_rgb = glm::max(sun_.irradiance_rgb, glm::dvec3(0.0));
   sun_.stddev_rgb = disc_sr * spread;
   sun_.clipped = has_flat_top;
-  if (contrast > kMuchBrighter || is_spread) TakeGlare(radiance, centre, disc);
+  if (contrast > kMuchBrighterThanSky || is_spread) TakeGlare(radiance, centre, disc);
   return disc;
 }
 
 void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_enu, DiscArea& disc) {
   std::vector<std::uint32_t> in_disc = disc.pixels;
   std::sort(in_disc.begin(), in_disc.end());
+  const double near_cosine = std::cos(kGlareRad);
+  const double far_cosine = std::cos(kAroundGlareRad);
   std::vector<std::uint32_t> near;
   std::array<std::vector<double>, 3> far;
   const PixelWindow window = WindowAround(centre_enu, kAroundGlareRad);
@@ -254,10 +259,10 @@ void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_en
       const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
       const glm::vec3& value = radiance.pixels[pixel];
       const double cosine = glm::dot(direction, centre_enu);
-      if (!(direction.z > 0.0) || !(cosine > std::cos(kAroundGlareRad)) || !IsMeasured(value)) {
+      if (!(direction.z > 0.0) || !(cosine > far_cosine) || !IsMeasured(value)) {
         continue;
       }
-      if (cosine > std::cos(kGlareRad)) {
+      if (cosine > near_cosine) {
         if (!std::binary_search(in_disc.begin(), in_disc.end(), pixel)) near.push_back(pixel);
       } else {
         for (int c = 0; c < 3; ++c) far[static_cast<std::size_t>(c)].push_back(value[c]);
@@ -268,7 +273,7 @@ void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_en
   glm::vec3 most;
   for (int c = 0; c < 3; ++c) {
     most[c] =
-        kMostAureole * static_cast<float>(UpperMedianInPlace(far[static_cast<std::size_t>(c)]));
+        static_cast<float>(kMostAureole * UpperMedianInPlace(far[static_cast<std::size_t>(c)]));
   }
   const glm::vec3 background = glm::min(disc.background, most);
   double disc_sr = 0.0;
@@ -276,7 +281,7 @@ void FisheyeSky::TakeGlare(const RgbImage& radiance, const glm::dvec3& centre_en
   glm::dvec3 glare = disc_sr * glm::dvec3(disc.background - background);
   glm::dvec3 doubtful(0.0);
   disc.background = background;
-  const glm::vec3 brightest_aureole = kBrightestAureole / kMostAureole * most;
+  const glm::vec3 brightest_aureole = static_cast<float>(kBrightestAureole / kMostAureole) * most;
   for (const std::uint32_t pixel : near) {
     const glm::vec3& value = radiance.pixels[pixel];
     if (!(Luminance(value) > Luminance(most))) continue;
@@ -314,7 +319,7 @@ FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
   const glm::dvec3 there(table_.direction_world.pixels[brightest]);
   const float peak = Luminance(radiance.pixels[brightest]);
   DiscArea disc = ReadDisc(radiance, there, sun_angular_radius_rad);
-  if (!disc.pixels.empty() && peak > kMuchBrighter * Luminance(disc.background)) {
+  if (!disc.pixels.empty() && peak > kMuchBrighterThanSky * Luminance(disc.background)) {
     const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
     const double disc_light = sum(sun_.irradiance_rgb);
     const double rest = HorizontalLight(radiance) - disc_light * there.z;

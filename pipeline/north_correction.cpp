@@ -48,6 +48,18 @@ Found FindTurn(FrameSource& frames,
 
 }  // namespace
 
+std::optional<WeighedNorth> WeighNorth(double measured_azimuth_rad,
+                                       double measured_stddev_rad,
+                                       double stated_stddev_rad) {
+  const double stated = stated_stddev_rad * stated_stddev_rad;
+  const double seen = measured_stddev_rad * measured_stddev_rad;
+  if (std::abs(measured_azimuth_rad) > kMostSigmasOff * std::sqrt(stated + seen)) {
+    return std::nullopt;
+  }
+  return WeighedNorth{measured_azimuth_rad * stated / (stated + seen),
+                      std::sqrt(stated * seen / (stated + seen))};
+}
+
 NorthCorrection CorrectNorth(const std::function<std::unique_ptr<FrameSource>()>& open_frames,
                              const Site& site,
                              const Mesh& mesh,
@@ -83,16 +95,16 @@ NorthCorrection CorrectNorth(const std::function<std::unique_ptr<FrameSource>()>
         found.frames == 0 ? "no frame's sun follows from place and time" : found.shadow.reason;
     return north;
   }
-  const double stated = stated_stddev_rad * stated_stddev_rad;
-  const double seen = north.shadows_stddev_rad * north.shadows_stddev_rad;
-  if (std::abs(north.shadows_azimuth_rad) > kMostSigmasOff * std::sqrt(stated + seen)) {
+  const auto weighed =
+      WeighNorth(north.shadows_azimuth_rad, north.shadows_stddev_rad, stated_stddev_rad);
+  if (!weighed) {
     north.contradicts = true;
     north.reason = "they contradict the stated deviation";
     return north;
   }
   north.determined = true;
-  north.north_azimuth_rad = north.shadows_azimuth_rad * stated / (stated + seen);
-  north.stddev_rad = std::sqrt(stated * seen / (stated + seen));
+  north.north_azimuth_rad = weighed->azimuth_rad;
+  north.stddev_rad = weighed->stddev_rad;
   return north;
 }
 

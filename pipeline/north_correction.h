@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -28,10 +29,20 @@ struct NorthCorrection {
   int frames = 0;  // Frames that were used.
 };
 
+// A north that is measured, with one stated as 0 to `stated_stddev_rad` as a normal prior.
+struct WeighedNorth {
+  double azimuth_rad = 0.0;
+  double stddev_rad = 0.0;
+};
+
+// None where the two are more than three combined deviations apart.
+std::optional<WeighedNorth> WeighNorth(double measured_azimuth_rad,
+                                       double measured_stddev_rad,
+                                       double stated_stddev_rad);
+
 // Corrects north by the shadows in up to 24 frames, chosen evenly among those whose sun follows
 // from place and time. ShadowDirectionFinder searches within 20 deg, or three stated deviations
-// where these are more. Shadows that contradict the stated deviation by more than three combined
-// deviations change nothing.
+// where these are more. Shadows change nothing where WeighNorth has none.
 //
 // `site`         its model_north_azimuth_rad is not used.
 // `open_frames`  returns the recording from its start, at each call.

@@ -1,6 +1,5 @@
 #include "session/loaded_sequence.h"
 
-#include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -96,14 +95,12 @@ std::string DescribeNorth(const Sequence& sequence,
 // Sets north by the sun in the map, and returns what that says; none where it contradicts the
 // stated deviation.
 std::optional<MapNorth> TakeNorthOfMap(Sequence& sequence) {
-  constexpr double kMostSigmasOff = 3.0;
   const std::optional<MapNorth> map = NorthOfMap(sequence);
   if (!map) return std::nullopt;
-  const double stated = sequence.north_stddev_rad * sequence.north_stddev_rad;
-  const double seen = map->stddev_rad * map->stddev_rad;
-  if (std::abs(map->azimuth_rad) > kMostSigmasOff * std::sqrt(stated + seen)) return std::nullopt;
-  sequence.site->model_north_azimuth_rad = map->azimuth_rad * stated / (stated + seen);
-  sequence.north_stddev_rad = std::sqrt(stated * seen / (stated + seen));
+  const auto north = WeighNorth(map->azimuth_rad, map->stddev_rad, sequence.north_stddev_rad);
+  if (!north) return std::nullopt;
+  sequence.site->model_north_azimuth_rad = north->azimuth_rad;
+  sequence.north_stddev_rad = north->stddev_rad;
   return map;
 }
 

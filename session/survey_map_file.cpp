@@ -14,6 +14,7 @@
 #include "scene/image_io.h"
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
+#include "session/direction_text.h"
 #include "session/map_sun_check.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/clear_sky.h"
@@ -111,15 +112,6 @@ RgbImage ReadMap(const std::filesystem::path& file) {
 }
 
 }  // namespace
-
-std::string AzimuthAndElevation(const glm::dvec3& direction_enu) {
-  const double azimuth_deg = DegFromRad(std::atan2(direction_enu.x, direction_enu.y));
-  const double elevation_deg =
-      DegFromRad(std::atan2(direction_enu.z, std::hypot(direction_enu.x, direction_enu.y)));
-  return fmt::format("azimuth {:.1f} deg, elevation {:.1f} deg",
-                     azimuth_deg < 0.0 ? azimuth_deg + 360.0 : azimuth_deg,
-                     elevation_deg);
-}
 
 std::vector<std::string> FindSunInMap(Sequence& sequence) {
   if (!sequence.environment || sequence.environment->sun_direction_enu || sequence.site) return {};

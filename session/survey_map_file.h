@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <glm/vec3.hpp>
-
 #include "datasets/sequence.h"
 #include "relight/survey/survey.h"
 
@@ -17,9 +15,6 @@ namespace pleinair {
 // report. Throws std::runtime_error, one line, for a frame that is stated not to be overcast under
 // such a map.
 std::vector<std::string> FindSunInMap(Sequence& sequence);
-
-// "azimuth 144.0 deg, elevation 52.6 deg", for people.
-std::string AzimuthAndElevation(const glm::dvec3& direction_enu);
 
 struct LoadedSurveyMap {
   SurveyMap map;

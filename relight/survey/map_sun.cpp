@@ -10,6 +10,7 @@
 
 #include "relight/survey/internal/map_pixels.h"
 #include "scene/lat_long.h"
+#include "scene/sun_in_picture.h"
 #include "scene/upper_median.h"
 #include "sunmodel/angles.h"
 
@@ -29,7 +30,6 @@ constexpr double kLargestDiscRad = RadFromDeg(0.8);
 constexpr double kLeastDiscShare = 0.1;
 constexpr double kLeastDiscContrast = 10.0;
 
-constexpr double kOneLevel = 1e-5;  // Above float's step, below any noise.
 constexpr int kLeastFlatPixels = 3;
 constexpr double kLeastFlatContrast = 2.5;
 // An unclipped lamp of even brightness is flat, too, and far brighter than any limit that a sun is

@@ -51,10 +51,11 @@ SunPrior PriorOf(const SurveyLight& light) {
   constexpr double kHueLogStddev = 0.2;
   // Where the map's disc may be cut or faint, any sun.
   constexpr double kAnySunLogStddev = 1.5;
+  constexpr double kAnySunHueLogStddev = 0.24;
   // Behind a building the sky may be covered: about as often as not.
   constexpr double kChanceOfNone = 0.5;
   if (light.sun_origin != SunOrigin::kClearSky) {
-    return {light.clear_sky_beam_rgb, kAnySunLogStddev, kHueLogStddev};
+    return {light.clear_sky_beam_rgb, kAnySunLogStddev, kAnySunHueLogStddev};
   }
   const double relative =
       MeanOf(light.sun_irradiance_stddev_rgb) / MeanOf(light.sun_irradiance_rgb);

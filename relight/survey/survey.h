@@ -63,8 +63,9 @@ struct SurveyLight {
   // What the sun's deviation makes of the albedo of surfaces that the survey saw in the sun,
   // relative. The same error for all of them.
   glm::dvec3 albedo_stddev_rgb{0.0};
-  // The beam, normal to it, that goes with the map's sky: the clear-sky model's for its haze and
-  // for the sky between its clouds, as far as these can be told.
+  // The clear-sky model's beam, normal to it, for the map's sky without its clouds and, in part,
+  // for its haze. Where the map does not determine these, for all of the sky, under the standard
+  // haze.
   glm::dvec3 clear_sky_beam_rgb{0.0};
   // Haze of the map's sky at 500 nm. None where the sky does not determine it.
   std::optional<double> aerosol_optical_depth_500nm;

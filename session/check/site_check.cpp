@@ -24,9 +24,9 @@
 #include "session/check/geometry_check.h"
 #include "session/check/map_check.h"
 #include "session/corrected_pose.h"
+#include "session/direction_text.h"
 #include "session/map_sun_check.h"
 #include "session/sequence_site.h"
-#include "session/survey_map_file.h"
 #include "sunmodel/angles.h"
 
 namespace pleinair {

@@ -180,7 +180,8 @@ TEST(FisheyeSkyHardCases, GlareIsTheSunsAndNotTheSkys) {
   EXPECT_LT(brightest * sky.SkyIrradianceRgb().y, 2.5 * picture.Sky(towards).y);
 }
 
-// Whatever the lens makes of the disc, its light is the sun's: to 1 % of sun and sky.
+// Whatever the lens makes of the disc, its light is the sun's: to 1 % of sun and sky. A blur of a
+// degree may be an aureole of up to ten times the sky: 6 % of the sun.
 TEST(FisheyeSkyHardCases, LosesNoLightBetweenSunAndSky) {
   for (const double spread_px : {0.0, 1.0, 2.0, 3.0}) {
     FisheyePicture picture;

@@ -6,7 +6,7 @@
 
 #include "apps/viewer/panel.h"
 #include "scene/lighting.h"
-#include "session/survey_map_file.h"
+#include "session/direction_text.h"
 
 namespace pleinair {
 namespace {

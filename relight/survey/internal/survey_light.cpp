@@ -20,6 +20,7 @@
 #include "scene/lat_long.h"
 #include "scene/lighting.h"
 #include "scene/sky_shape.h"
+#include "scene/sun_in_picture.h"
 #include "scene/upper_median.h"
 #include "sunmodel/clear_sky.h"
 #include "sunmodel/site.h"
@@ -38,14 +39,6 @@ constexpr double kDiscRelativeStddev = 0.01;
 constexpr double kShiningRelativeStddev = 0.4;
 // Error of the clear-sky model where the disc is hidden: from thin cloud to clear.
 constexpr double kHiddenRelativeStddev = 0.5;
-
-// Ratio of a bright spot to the sky around it.
-constexpr double kMuchBrighter = 10.0;
-// Lenses spread a disc of 10^4 times the sky over some degrees. Light above twice the sky
-// farther off, up to 10 deg, is the disc's light.
-constexpr double kGlareRad = 5.0 * std::numbers::pi / 180.0;
-constexpr double kAroundGlareRad = 10.0 * std::numbers::pi / 180.0;
-constexpr double kMostAureole = 2.0;
 
 LatLongSize SizeOf(const RgbImage& image) { return {image.width, image.height}; }
 
@@ -92,7 +85,6 @@ int MostFullyCovered(double radius_rad, double elevation_rad, LatLongSize size) 
   return most;
 }
 
-constexpr double kEqual = 1e-5;       // Above float's step, below any noise.
 constexpr double kAboveTheSky = 1.5;  // An evenly white sky has equal maxima, too.
 
 // A disc that the camera could not hold has a flat top wider than the disc itself: an unclipped
@@ -102,10 +94,8 @@ bool HasFlatTop(const RgbImage& map,
                 const glm::dvec3& whole_sky_median,
                 int most_fully_covered) {
   constexpr float kHalfMax = 65504.0f;  // Largest half float.
-  // Steps of shared-exponent files, 0.4 to 0.8 % of the pixel's largest channel each: a bright
-  // cloud's smooth top has some pixels equal, and as many a step below. In the blue of a red
-  // evening, a step is several per cent.
-  constexpr double kFewSteps = 0.025;
+  // In the blue of a red evening, a step of a shared-exponent file is several per cent: steps are
+  // those of the pixel's largest channel.
   for (int channel = 0; channel < 3; ++channel) {
     float peak = 0.0f;
     float largest_at_peak = 0.0f;
@@ -120,7 +110,7 @@ bool HasFlatTop(const RgbImage& map,
     int almost = 0;
     for (const MapPixel& pixel : window) {
       const float value = map.At(pixel.x, pixel.y)[channel];
-      equal += value >= peak * (1.0 - kEqual);
+      equal += value >= peak * (1.0 - kOneLevel);
       almost += value >= peak - kFewSteps * largest_at_peak;
     }
     if (!(peak > kAboveTheSky * whole_sky_median[channel])) continue;
@@ -146,7 +136,7 @@ bool IsCutToOneLevel(const RgbImage& map,
     return map.At(pixel.x, pixel.y).y > 0.5f * peak.y;
   });
   constexpr int kMostTouched = 4;
-  return bright <= kMostTouched && smallest >= largest * (1.0 - kEqual) &&
+  return bright <= kMostTouched && smallest >= largest * (1.0 - kOneLevel) &&
          largest >
              kAboveTheSky * std::max({whole_sky_median.x, whole_sky_median.y, whole_sky_median.z});
 }
@@ -179,8 +169,8 @@ DiscPlace FindDisc(const RgbImage& map,
       brightest = pixel;
     }
   }
-  if (!(peak > kMuchBrighter * UpperMedian(around))) return {computed, 0.0};
-  const bool inside_is_it = !(outside > kMuchBrighter * inside);
+  if (!(peak > kMuchBrighterThanSky * UpperMedian(around))) return {computed, 0.0};
+  const bool inside_is_it = !(outside > kMuchBrighterThanSky * inside);
   const glm::dvec3 spot =
       inside_is_it ? computed : MapPixelDirection(brightest.x, brightest.y, size);
   const double top = inside_is_it ? inside : outside;
@@ -226,7 +216,7 @@ glm::dvec3 TakeOutGlare(const RgbImage& map,
     peak = std::max(peak, MeanOf(glm::dvec3(map.At(pixel.x, pixel.y))));
   }
   glm::dvec3 glare(0.0);
-  if (!(peak > kMuchBrighter * MeanOf(background.median))) return glare;
+  if (!(peak > kMuchBrighterThanSky * MeanOf(background.median))) return glare;
   std::vector<MapPixel> near;
   std::vector<MapPixel> far;
   for (const MapPixel& pixel :
@@ -304,7 +294,8 @@ void MeasureClearBeam(const SurveyMap& map, const Gray8Image& shows_sky, SurveyL
   };
   const glm::dvec3 standard = beam_to_diffuse(kStandardAerosolDepth500nm);
   if (!(std::min({standard.x, standard.y, standard.z}) > 0.0)) return;  // On the horizon.
-  // A low sun's beam would follow the haze, which is not known so well, by any factor.
+  // A low sun's beam would follow the haze by any factor, though that is not known so well. This is
+  // 1.4 of the deviations that the beam is stated with.
   constexpr double kMostByHaze = 1.6;
   const glm::dvec3 by_haze =
       glm::clamp(glm::pow(beam_to_diffuse(clear->aerosol_optical_depth_500nm) / standard,
