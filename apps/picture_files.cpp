@@ -33,6 +33,9 @@ std::vector<double> ExposuresOf(const std::vector<std::filesystem::path>& pictur
   }
   std::vector<double> exposures;
   for (const std::filesystem::path& picture : pictures) {
+    if (!std::filesystem::exists(picture)) {
+      throw std::invalid_argument(picture.string() + ": expected a picture, found nothing");
+    }
     const auto exposure = ReadExifExposure(picture).RelativeExposure();
     if (!exposure) {
       throw std::invalid_argument(picture.string() +

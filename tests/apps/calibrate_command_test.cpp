@@ -84,6 +84,8 @@ TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {
   EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("--exposures"));
   response.exposures.clear();
   EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("EXIF"));
+  response.pictures = {folder_ / "absent.jpg", folder_ / "missing.jpg"};
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("found nothing"));
 }
 
 TEST_F(CalibrateCommand, PutsTheResponseIntoASite) {
