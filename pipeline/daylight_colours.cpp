@@ -46,16 +46,50 @@ bool Hold(const ColourBound& bound, glm::dvec3& sun, glm::dvec3& sky) {
   return false;
 }
 
+// Green over the geometric mean of red and blue that `rgb` has to have. `first` to `end` are its
+// rows of the covariance.
+double LeastGreen(const Lighting& lighting,
+                  const glm::dvec3& rgb,
+                  std::size_t first,
+                  std::size_t end) {
+  const std::size_t side = 3 * (1 + lighting.sky.size());
+  const double green = rgb.g / std::sqrt(rgb.r * rgb.b);
+  if (lighting.covariance.size() != side * side || !(green > 0.0) || !std::isfinite(green)) {
+    return kLeastGreen;
+  }
+  // Derivative of the logarithm.
+  const glm::dvec3 slope = glm::dvec3(-0.5, 1.0, -0.5) / rgb;
+  double variance = 0.0;
+  for (std::size_t a = first; a < end; ++a) {
+    for (std::size_t b = first; b < end; ++b) {
+      variance += slope[static_cast<int>(a % 3)] * slope[static_cast<int>(b % 3)] *
+                  lighting.covariance[a * side + b];
+    }
+  }
+  const double weight = variance / (variance + kGreenLogStddev * kGreenLogStddev);
+  if (!(weight >= 0.0)) return kLeastGreen;  // No covariance of anything.
+  const double mean = green * std::pow(kUsualGreen / green, weight);
+  return std::clamp(mean, kLeastGreenOfAnyCamera, kLeastGreen);
+}
+
 // Returns whether it held.
-bool HoldGreen(glm::dvec3& rgb) {
-  const double least = kLeastGreen * std::sqrt(rgb.r * rgb.b);
+bool HoldGreen(double least_green, glm::dvec3& rgb) {
+  const double least = least_green * std::sqrt(rgb.r * rgb.b);
   if (!(least > (1.0 + kRounding) * rgb.g)) return true;
   rgb.g = least;
   return false;
 }
 
+struct GreenLimits {
+  double sun = kLeastGreen;
+  double sky = kLeastGreen;
+};
+
 // Each fix may undo another one, and what it adds grows until the other light's is less.
-void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) {
+void HoldSkyOverSun(const glm::dvec3& to_sun,
+                    const GreenLimits& least_green,
+                    glm::dvec3& sun,
+                    glm::dvec3& sky) {
   if (!(sun[LargestChannel(sun)] > kLeastSunOverSky * sky[LargestChannel(sky)])) return;
   if (!(std::min({sky.x, sky.y, sky.z}) > 0.0)) return;
   const double most = MostRise(to_sun);
@@ -65,8 +99,8 @@ void HoldSkyOverSun(const glm::dvec3& to_sun, glm::dvec3& sun, glm::dvec3& sky) 
                                 {1, 0, most}};
   constexpr int kPasses = 100;
   for (int pass = 0; pass < kPasses; ++pass) {
-    bool all_hold = HoldGreen(sun);
-    all_hold = HoldGreen(sky) && all_hold;
+    bool all_hold = HoldGreen(least_green.sun, sun);
+    all_hold = HoldGreen(least_green.sky, sky) && all_hold;
     for (const ColourBound& bound : bounds) all_hold = Hold(bound, sun, sky) && all_hold;
     if (all_hold) return;
   }
@@ -88,8 +122,10 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   const glm::dvec3 raised = coloured.SkyIrradianceRgb();
   glm::dvec3 sky = raised;
   glm::dvec3 sun = lighting.sun.irradiance_rgb;
-  HoldGreen(sky);
-  HoldSkyOverSun(lighting.sun.direction_enu, sun, sky);
+  const GreenLimits least_green{LeastGreen(lighting, sun, 0, 3),
+                                LeastGreen(lighting, given, 3, 3 * (1 + lighting.sky.size()))};
+  HoldGreen(least_green.sky, sky);
+  HoldSkyOverSun(lighting.sun.direction_enu, least_green, sun, sky);
   if (sky == given && sun == lighting.sun.irradiance_rgb) return std::nullopt;
   if (sky != raised) {
     for (SkyComponent& component : coloured.sky) component.irradiance_rgb *= sky / raised;

@@ -18,6 +18,14 @@ inline constexpr double kLeastSkyChannel = 0.25;
 // any, is larger.
 inline constexpr double kLeastGreen = 0.75;
 
+// Half-way between a black body at 4000 K and at 10,000 K. A camera whose white balance nobody set
+// is off by a logarithm of 0.15: its green by 0.12 over red's and blue's, which are off by 0.12,
+// too. So a magenta light beyond kLeastGreen may be the camera's colour of daylight.
+inline constexpr double kUsualGreen = 0.98;
+inline constexpr double kGreenLogStddev = 0.15;
+// Four and a half deviations below.
+inline constexpr double kLeastGreenOfAnyCamera = 0.5;
+
 // Light that is scattered out of the sun's beam comes from the sky, or is lost to both. So sky over
 // sun rises from red to green and from green to blue. Where it is measured well, it rises by 1.1
 // (thin cloud) to 2.2 times (clear, the sun at 20 degrees), and by 2.8 at most in air without any
@@ -33,8 +41,10 @@ inline constexpr double kMoreRisePerAirMass = 0.17;
 
 // Returns `lighting` with corrected colours; none where the limits above hold already. First,
 // channels of the sky are raised to kLeastSkyChannel of the largest one, with that one's shape.
-// Then green of sky and sun is raised as kLeastGreen says, and channels of sky or sun, whichever
-// needs less, until sky over sun rises as above. A sun below a fiftieth of the sky is not changed.
+// Then green of sky and sun is raised to kLeastGreen, but no farther than to the mean of the
+// estimate and usual daylight, weighed by their deviations: what surveyed surfaces say of a camera
+// stands. Last, channels of sky or sun, whichever needs less, are raised until sky over sun rises
+// as above. A sun below a fiftieth of the sky is not changed.
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting);
 
 }  // namespace pleinair

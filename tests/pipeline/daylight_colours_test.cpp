@@ -70,6 +70,34 @@ TEST(DaylightColours, AreNotMagenta) {
   EXPECT_GE(green(light->SkyIrradianceRgb()), kLeastGreen - 1e-9);
 }
 
+// The light of a courtyard in a camera whose red and blue are 1.7 and 1.4 times its green: where
+// surveyed surfaces say so, to 5 %, it is drawn so. Where all that is known is guessed, to 30 %, it
+// is drawn as daylight mostly is.
+TEST(DaylightColours, OfACameraStandAsFarAsTheyAreMeasured) {
+  Lighting measured = LightOf({17.0, 9.0, 10.9}, {0.9, 0.6, 0.7}, {0.5, 0.5, 1.9});
+  const auto green_raised_by = [&](double relative_stddev) {
+    measured.covariance.assign(81, 0.0);
+    for (std::size_t i = 0; i < 9; ++i) {
+      const int channel = static_cast<int>(i % 3);
+      const double mean = i < 3 ? measured.sun.irradiance_rgb[channel]
+                                : measured.sky[i / 3 - 1].irradiance_rgb[channel];
+      measured.covariance[i * 10] = std::pow(relative_stddev * mean, 2.0);
+    }
+    const auto drawn = WithDaylightColours(measured);
+    return drawn ? drawn->sun.irradiance_rgb.g / measured.sun.irradiance_rgb.g : 1.0;
+  };
+  EXPECT_EQ(green_raised_by(0.0), 1.0);
+  EXPECT_GT(green_raised_by(0.05), 1.0);
+  EXPECT_LT(green_raised_by(0.05), 1.07);
+  const double usual = kLeastGreen * std::sqrt(17.0 * 10.9) / 9.0;
+  EXPECT_NEAR(green_raised_by(0.3), usual, 1e-9);
+  measured.sun.irradiance_rgb.g = 3.0;
+  EXPECT_NEAR(green_raised_by(0.0), kLeastGreenOfAnyCamera * std::sqrt(17.0 * 10.9) / 3.0, 1e-9);
+  measured.sun.irradiance_rgb.g = 9.0;
+  measured.covariance.clear();
+  EXPECT_NEAR(WithDaylightColours(measured)->sun.irradiance_rgb.g, usual * 9.0, 1e-9);
+}
+
 // Takes the one of two lights that has to be raised by less.
 TEST(DaylightColours, ShadowsAreNeverRedderThanSunlight) {
   const auto red_sky = WithDaylightColours(LightOf({300, 300, 300}, {80, 40, 30}, {0, 0, 0}));
