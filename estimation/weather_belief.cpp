@@ -93,7 +93,7 @@ double LogDensity(const SunAndSky& value, const LightGaussian& light) {
 }
 
 // Covariance of what the survey measures under a state: of a sun as strong as the state's. The
-// error of the sun is a factor: one that the map clips is uncertain by 40 %, but it was not
+// error of the sun is a factor: one that the map clips is uncertain by 60 %, but it was not
 // covered.
 SunAndSkyMatrix ErrorUnder(const SunAndSky& state,
                            double sun_relative,

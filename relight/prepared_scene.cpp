@@ -18,7 +18,7 @@ namespace {
 using internal::ContentHash;
 
 // Part of every key: to be raised when what a stage makes, or its form, changes.
-constexpr std::string_view kFormat = "pleinair-prepared-17";
+constexpr std::string_view kFormat = "pleinair-prepared-18";
 
 std::string PatchKey(const SiteModel& site, const PrepareOptions& options) {
   ContentHash hash;

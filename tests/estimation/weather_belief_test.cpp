@@ -70,14 +70,14 @@ TEST(WeatherBelief, ASunOfNoneKeepsItsDeviation) {
   }
 }
 
-// A sun that the map clips is assumed to be a clear sky's, give or take 40 %. However grey the
-// map's sky, a sun of nearly nothing is no error of 40 %: hours later a covered sun is the
+// A sun that the map clips is assumed to be a clear sky's, give or take 60 %. However grey the
+// map's sky, a sun of nearly nothing is no error of 60 %: hours later a covered sun is the
 // climate's share, and not what the survey showed. Where the map did not see the sun's place it may
 // be.
 TEST(WeatherBelief, ASunThatOutshoneItsSkyWasNotCovered) {
   SurveyedLight survey = Clear();
   survey.sun_rgb = SyntheticClearSky().beam_rgb;
-  survey.sun_stddev_rgb = 0.4 * survey.sun_rgb;
+  survey.sun_stddev_rgb = 0.6 * survey.sun_rgb;
   const auto sunless = [&] {
     const WeatherBelief belief = BeliefFromSurvey(survey);
     return StateOf(belief, SkyState::kCoveredSun).share +

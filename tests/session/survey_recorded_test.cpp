@@ -101,7 +101,7 @@ TEST(RecordedSurvey, ShadowsDetermineTheSunOfACourtyard) {
 // Its map shows some hundred shaded pixels of one material: too few to be better than a clear sky.
 // So neither result has noise of the rays: albedo 6 % off, the sun 6, 7 and 5 %, each to be no
 // worse than another 1 %. Its hue is right to 12 %: what the air's haze and ozone may be. The clear
-// sky's beam is stated to 40 % of itself, the albedo to what follows from it.
+// sky's beam is stated to 60 % of itself, the albedo to what follows from it.
 TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
   const std::filesystem::path folder = Recording("parking-shadow");
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is absent";
@@ -119,8 +119,8 @@ TEST(RecordedSurvey, TheClearSkyCoversASunWithoutShadows) {
     EXPECT_NEAR(sun[c], 1.0, worst[c]);
     EXPECT_NEAR(sun[c] / sun.y, 1.0, 0.13);
     const double stddev = clipped.light.sun_irradiance_stddev_rgb[c];
-    EXPECT_NEAR(stddev, 0.40 * clipped.light.sun_irradiance_rgb[c], 0.01 * stddev);
-    EXPECT_LT(clipped.light.albedo_stddev_rgb[c], 0.38);
+    EXPECT_NEAR(stddev, 0.60 * clipped.light.sun_irradiance_rgb[c], 0.01 * stddev);
+    EXPECT_LT(clipped.light.albedo_stddev_rgb[c], 0.57);
   }
 }
 
