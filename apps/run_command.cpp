@@ -163,7 +163,9 @@ void RunRecorded(const RunCommandOptions& options) {
   }
   output.Finish();
   for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
-  if (!is_at_site) AddTruth(sequence, options.out, run.Display(), report);
+  if (!is_at_site && !output.KeepsEarlierResults()) {
+    AddTruth(sequence, options.out, run.Display(), report);
+  }
   output.WriteReport();
   SayHowItEnded(options, report, sequence);
 }

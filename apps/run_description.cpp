@@ -100,11 +100,13 @@ std::string StoppedAt(const FrameError& error) {
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,
                    const Sequence& sequence) {
-  spdlog::info("{} of {} frames done; report: {}",
-               report.totals.done,
-               report.totals.done + report.totals.failed,
-               (options.out / "report.html").string());
-  if (report.totals.done > 0) return;
+  const std::string done = fmt::format(
+      "{} of {} frames done", report.totals.done, report.totals.done + report.totals.failed);
+  if (report.totals.done > 0) {
+    spdlog::info("{}; report: {}", done, (options.out / "report.html").string());
+    return;
+  }
+  spdlog::info("{}", done);
   throw std::runtime_error(
       report.totals.failed == 0
           ? (options.input.empty() ? sequence.folder.string() : options.input) +

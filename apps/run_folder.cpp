@@ -52,6 +52,26 @@ bool IsUnfinished(std::string_view name) {
          });
 }
 
+// The first result of a run in a folder, relative to it; empty where there is none.
+fs::path ResultIn(const fs::path& folder) {
+  for (const char* name : kRunFiles) {
+    if (fs::exists(folder / name)) return name;
+  }
+  for (const char* name : kFrameFolders) {
+    if (!fs::is_directory(folder / name)) continue;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / name)) {
+      const fs::path file = entry.path().filename();
+      if (IsOfAFrame(file.string()) && entry.is_regular_file()) return name / file;
+    }
+  }
+  return {};
+}
+
+// Each run has this log, from its beginning on.
+bool HasLog(const fs::path& folder) {
+  return fs::exists(folder / "lighting.jsonl") || fs::exists(folder / "lighting.jsonl.partial");
+}
+
 // Returns whether there was one.
 template <typename Predicate>
 bool RemoveFiles(const fs::path& folder, const Predicate& is_wanted) {
@@ -157,6 +177,11 @@ FolderLock::FolderLock(fs::path folder) : folder_(std::move(folder)) {
       throw std::runtime_error(pictures.string() +
                                ": expected a folder for pictures, or nothing there");
     }
+    const fs::path result = ResultIn(folder_);
+    if (!result.empty() && !HasLog(folder_)) {
+      refuse("holds " + result.string() + ", but not the lighting.jsonl that each run writes: " +
+             "expected an earlier run's folder, or one without such files");
+    }
   } catch (...) {
     Remove();
     throw;
@@ -178,7 +203,9 @@ void FolderLock::Remove() {
 }
 
 RunFolder::RunFolder(const FolderLock& lock)
-    : out_(lock.Folder()), had_unfinished_(RemoveFiles(out_, IsUnfinished)) {
+    : out_(lock.Folder()),
+      had_results_(!ResultIn(out_).empty()),
+      had_unfinished_(RemoveFiles(out_, IsUnfinished)) {
   lighting_.emplace(out_ / "lighting.jsonl");
   plan_.emplace(out_ / "plan.jsonl");
 }

@@ -26,7 +26,8 @@ class FolderLock {
  public:
   // Makes the folder where there is none; one without a result is removed again. Throws
   // std::runtime_error naming the folder and who holds it, why it cannot be locked, or which result
-  // of an earlier run cannot be replaced, as it is no regular file, or no folder of pictures.
+  // of an earlier run cannot be replaced: it is no regular file, no folder of pictures, or may not
+  // be a run's, as the log is not there that each run makes first.
   explicit FolderLock(std::filesystem::path folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;
@@ -47,8 +48,8 @@ class FolderLock {
 
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
 // else does. lighting.jsonl, plan.jsonl and events.jsonl have their names only when they are
-// complete. Results of an earlier run stay until the first frame, or the end of a run without one;
-// a run that does not get there leaves nothing.
+// complete. Results of an earlier run stay until Begin or Finish; a run that does not get there
+// leaves nothing.
 class RunFolder {
  public:
   // Removes what a killed run left unfinished. `lock` outlives it. Throws std::runtime_error where
@@ -58,10 +59,13 @@ class RunFolder {
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
 
+  // Whether there were an earlier run's results.
+  bool HadResults() const { return had_results_; }
   // Whether a killed run had left something: one that was killed while it prepared has not.
   bool HadUnfinished() const { return had_unfinished_; }
   // Removes an earlier run's results, once: before the first frame's files are written.
   void Begin();
+  bool HasBegun() const { return has_begun_; }
   // A frame's lines: both or, where that fails, none.
   void AddFrame(const std::string& lighting, const std::string& plan);
   // From any one thread. events.jsonl is there from the first event on.
@@ -86,6 +90,7 @@ class RunFolder {
   };
 
   std::filesystem::path out_;
+  bool had_results_ = false;
   bool had_unfinished_ = false;
   bool has_begun_ = false;
   std::optional<Log> lighting_;

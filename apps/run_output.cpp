@@ -56,9 +56,18 @@ void RunOutput::WriteTo(std::optional<Stream>& stream, const Item& item, UtcTime
   }
 }
 
-void RunOutput::Add(FinishedFrame frame) {
+void RunOutput::Begin() {
+  if (folder_.HadResults() && !folder_.HasBegun()) {
+    spdlog::info("{}: the results of an earlier run are replaced", options_.out.string());
+  }
   folder_.Begin();
+}
+
+bool RunOutput::KeepsEarlierResults() const { return folder_.HadResults() && !folder_.HasBegun(); }
+
+void RunOutput::Add(FinishedFrame frame) {
   if (frame.step.result) {
+    Begin();
     AddDone(std::move(frame));
     return;
   }
@@ -71,7 +80,9 @@ void RunOutput::Add(FinishedFrame frame) {
 
 void RunOutput::AddPassed(const Rgb8Image& picture, UtcTime time) {
   WriteTo(targets_.pictures, picture, time);
-  if (video_) video_->Add(picture);
+  if (!video_) return;
+  Begin();
+  video_->Add(picture);
 }
 
 void RunOutput::AddDone(FinishedFrame finished) {
@@ -118,6 +129,11 @@ void RunOutput::AddEvent(Event event) {
 }
 
 void RunOutput::Finish() {
+  if (KeepsEarlierResults()) {
+    spdlog::warn("{}: no frame was composited: the results of an earlier run stay",
+                 options_.out.string());
+    return;
+  }
   folder_.Finish();
   if (video_) video_->Finish();
 }
@@ -132,6 +148,7 @@ void RunOutput::NoteFullDisk(UtcTime time) {
 }
 
 void RunOutput::WriteReport() {
+  if (KeepsEarlierResults()) return;
   const std::filesystem::path file = options_.out / "report.html";
   report_.LeaveRoom();
   try {

@@ -21,8 +21,9 @@ namespace pleinair {
 // stream whose reader is gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
-  // What an earlier run left stays until the first frame. `targets` and `events` outlive it.
-  // `camera_rate`: frames a second, where a camera states it. Throws as RunFolder.
+  // What an earlier run left stays until the first picture, and where there is none. `targets` and
+  // `events` outlive it. `camera_rate`: frames a second, where a camera states it. Throws as
+  // RunFolder.
   RunOutput(const RunCommandOptions& options,
             RunTargets& targets,
             EventLog& events,
@@ -40,10 +41,13 @@ class RunOutput {
 
   // Gives the run's names to the files that have them only when complete.
   void Finish();
+  // Whether no picture was composited, so that an earlier run's results stay: nothing is written.
+  bool KeepsEarlierResults() const;
   // Without pictures where the disk has no room for them.
   void WriteReport();
 
  private:
+  void Begin();
   void AddDone(FinishedFrame frame);
   void NoteFullDisk(UtcTime time);
   // Writes to a stream; where that throws, it is closed.

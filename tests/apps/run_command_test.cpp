@@ -192,6 +192,7 @@ TEST_F(RunCommand, LeavesNothingOfAnEarlierRunAndAllElse) {
     fs::create_directories((options_.out / old).parent_path());
     Write(fs::path("out") / old, "of an earlier run");
   }
+  Write("out/lighting.jsonl", "of an earlier run");
   Write("out/notes.txt", "mine");
   Write("out/environment/survey.exr", "mine too");
   RunRunCommand(options_);

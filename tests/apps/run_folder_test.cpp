@@ -114,6 +114,26 @@ TEST_F(RunFolderTest, TheLockOfADeadRunIsTakenOver) {
   EXPECT_THAT(lock.TakenOverFrom(), HasSubstr("process " + std::to_string(child) + " on "));
 }
 
+// The names are a run's, but anyone's pictures may have them.
+TEST_F(RunFolderTest, RefusesAFolderOfSomethingElse) {
+  for (const char* name : {"composite/000123.png", "mask/000777.exr", "report.html"}) {
+    fs::create_directory(folder_ / "mine");
+    Touch(std::string("mine/") + name);
+    EXPECT_THAT(MessageOf([&] { FolderLock lock(folder_ / "mine"); }),
+                HasSubstr(std::string("mine: holds ") + name + ", but not the lighting.jsonl"));
+    EXPECT_TRUE(IsThere(std::string("mine/") + name));
+    EXPECT_FALSE(IsThere("mine/.pleinair.lock"));
+    for (const char* log : {"mine/lighting.jsonl", "mine/lighting.jsonl.partial"}) {
+      Touch(log);
+      EXPECT_EQ(MessageOf([&] { FolderLock lock(folder_ / "mine"); }), "accepted");
+      fs::remove(folder_ / log);
+    }
+    fs::remove_all(folder_ / "mine");
+  }
+  Touch("mine/composite/first.png");
+  EXPECT_EQ(MessageOf([&] { FolderLock lock(folder_ / "mine"); }), "accepted");
+}
+
 TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   const char* const gone[] = {"composite/.000000.exr.4711.0.part",
                               "composite/000000.exr",
@@ -152,7 +172,7 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
 }
 
 TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplete) {
-  Touch("events.jsonl");
+  for (const char* name : {"events.jsonl", "lighting.jsonl"}) Touch(name);
   const FolderLock lock(folder_);
   RunFolder(lock).Finish();
   EXPECT_FALSE(IsThere("events.jsonl")) << "an earlier run's, and this one had none";

@@ -187,6 +187,19 @@ TEST_F(RunRefusals, EndsWithTheFirstFramesReasonWhereAllFail) {
   EXPECT_THAT(Run(), HasSubstr("stopped at frame 0, as asked: "));
 }
 
+TEST_F(RunRefusals, KeepsTheEarlierRunsResultsWhereAllFramesFail) {
+  ASSERT_EQ(Run(), "accepted");
+  const std::string report = Report();
+  const std::string light = ContentOf(options_.out / "lighting.jsonl");
+  document_["frames"][0]["image"] = "frames/999999.exr";
+  Save();
+  EXPECT_THAT(Run(), HasSubstr("failed; frame 0: "));
+  EXPECT_TRUE(fs::exists(options_.out / "composite/000000.exr"));
+  EXPECT_EQ(Report(), report);
+  EXPECT_EQ(ContentOf(options_.out / "lighting.jsonl"), light);
+  EXPECT_FALSE(fs::exists(options_.out / "lighting.jsonl.partial"));
+}
+
 TEST_F(RunRefusals, DrawsItsChartsWithoutATemporaryFolder) {
   const EnvironmentVariable temporary("TMPDIR", "/nonexistent/it's");
   EXPECT_EQ(Run(), "accepted");
