@@ -86,9 +86,9 @@ inline bool ModelMismatch(const LightingEstimate& estimate) {
                                         estimate.inlier_fraction >= kFewestInliers);
 }
 
-// Whether sun and sky are separated well enough to be used: the sun to a third of all light, given
-// how much that is. A factor that all light shares, such as the albedos', says nothing of that.
-// Otherwise the light is that of the last frame that was known, or of the climate.
+// Whether sun and sky are separated well enough to be used: the sun to a third of all light,
+// without the factor that all light has in common. Otherwise the light is that of the last frame
+// that was known, or of the climate.
 bool LightIsKnown(const Lighting& lighting);
 
 // Why a frame has no estimate: one line.

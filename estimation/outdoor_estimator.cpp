@@ -219,6 +219,7 @@ void Describe(const OutdoorConditions& conditions,
   }
   // Light is radiance over albedo: where all albedos are too high, all lights are too weak.
   const glm::dvec3& scale = conditions.albedo_stddev_rgb;
+  lighting.common_stddev_rgb = scale;
   const Eigen::Index unknowns = light.size();
   for (Eigen::Index u = 0; u < unknowns; ++u) {
     for (Eigen::Index v = 0; v < unknowns; ++v) {

@@ -134,6 +134,7 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   coloured.sun = lighting.sun;
   coloured.sun.irradiance_rgb = sun;
   coloured.covariance = lighting.covariance;
+  coloured.common_stddev_rgb = lighting.common_stddev_rgb;
   return coloured;
 }
 

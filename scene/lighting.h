@@ -52,6 +52,9 @@ struct Lighting {
   // Row-major square matrix over (sun RGB, sky[0] RGB, sky[1] RGB, ...) in irradiance units
   // squared; empty where the source does not know it.
   std::vector<double> covariance;
+  // Relative standard deviation of a factor that all of it has in common, such as the albedos' that
+  // it is measured on; in the covariance, too.
+  glm::dvec3 common_stddev_rgb{0.0};
 
   glm::dvec3 SkyIrradianceRgb() const {
     glm::dvec3 sum(0.0);

@@ -1,6 +1,8 @@
 // Which light counts as known.
 #include "estimation/lighting_source.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 namespace pleinair::lighting_source_test {
@@ -20,21 +22,20 @@ Lighting OffBy(double sun, double first, double second) {
 }
 
 TEST(LightIsKnown, WhereTheSunIsKnownToAThirdOfAllLight) {
-  // (1 - 600 / 800) of what the sun is off by, and its whole share of what the sky is off by.
-  EXPECT_TRUE(LightIsKnown(OffBy(1000.0, 0.0, 0.0)));
-  EXPECT_FALSE(LightIsKnown(OffBy(1100.0, 0.0, 0.0)));
-  EXPECT_TRUE(LightIsKnown(OffBy(0.0, 200.0, 150.0)));
-  EXPECT_FALSE(LightIsKnown(OffBy(0.0, 200.0, 160.0)));
-  // Sun taken for sky.
-  EXPECT_TRUE(LightIsKnown(OffBy(260.0, -160.0, -100.0)));
-  EXPECT_FALSE(LightIsKnown(OffBy(270.0, -170.0, -100.0)));
+  EXPECT_TRUE(LightIsKnown(OffBy(260.0, 0.0, 0.0)));
+  EXPECT_FALSE(LightIsKnown(OffBy(270.0, 0.0, 0.0)));
+  EXPECT_TRUE(LightIsKnown(OffBy(0.0, 1500.0, 500.0)));
 }
 
-// What the albedos' scale makes of it says nothing of how sun and sky share the light, nor does
-// what one part of the sky has of the other's.
+// What the albedos' scale makes of it says nothing of how sun and sky share the light.
 TEST(LightIsKnown, WhateverItsScale) {
-  EXPECT_TRUE(LightIsKnown(OffBy(6000.0, 1500.0, 500.0)));
-  EXPECT_TRUE(LightIsKnown(OffBy(0.0, 1500.0, -1500.0)));
+  Lighting lighting = OffBy(900.0, 225.0, 75.0);
+  EXPECT_FALSE(LightIsKnown(lighting));
+  lighting.common_stddev_rgb = glm::dvec3(1.5);
+  EXPECT_TRUE(LightIsKnown(lighting));
+  lighting = OffBy(std::hypot(900.0, 270.0), 225.0, 75.0);
+  lighting.common_stddev_rgb = glm::dvec3(1.5);
+  EXPECT_FALSE(LightIsKnown(lighting)) << "there is another error";
 }
 
 TEST(LightIsKnown, WhereItsSourceDoesNotDoubtItAndNotInDarkness) {
