@@ -105,11 +105,13 @@ class SampleDraw {
              const glm::dvec3& sun_direction_enu,
              const RgbImage& radiance,
              const Gray8Image& unusable,
+             bool takes_grazing,
              const SampleSelectionOptions& options)
       : view_(view),
         sun_(sun_direction_enu),
         radiance_(radiance),
         unusable_(unusable),
+        takes_grazing_(takes_grazing),
         options_(options) {}
 
   // Keeps `kept`, which are of this view.
@@ -193,6 +195,7 @@ class SampleDraw {
   const glm::dvec3 sun_;
   const RgbImage& radiance_;
   const Gray8Image& unusable_;
+  const bool takes_grazing_;
   const SampleSelectionOptions& options_;
   std::vector<Stratum> strata_;
   std::unordered_set<std::size_t> is_taken_;  // Pixels of footprints that are kept.
@@ -219,9 +222,10 @@ class SampleDraw {
     if (JudgedAt(pixel) == JudgedSun::kGrazing) return false;
     const float visibility = SunVisibilityAt(pixel);
     if (visibility <= kFullyShaded) return true;
-    if (!(visibility >= kFullyLit)) return false;
     const double cosine = glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_);
-    return cosine <= 0.0 || cosine >= kLeastSunCosine;
+    // Of a sun that rises, too, a part of which is seen from everywhere.
+    if (takes_grazing_ && cosine < kLeastSunCosine) return true;
+    return visibility >= kFullyLit && (cosine <= 0.0 || cosine >= kLeastSunCosine);
   }
 
   JudgedSun JudgedAt(std::size_t pixel) const {
@@ -490,7 +494,7 @@ int SampleSet::Follow(const SurfaceView& view,
                       const SampleSelectionOptions& options) {
   CheckInput(view, radiance, unusable, options);
   const bool is_of_size = view.Width() == width_ && view.Height() == height_;
-  SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
+  SampleDraw draw(view, sun_direction_enu, radiance, unusable, takes_grazing_, options);
   footprints_ = is_of_size ? draw.Follow(footprints_) : std::vector<Footprint>();
   return Size();
 }
@@ -520,9 +524,16 @@ void SampleSet::Refill(const SurfaceView& view,
   CheckInput(view, radiance, unusable, options);
   width_ = view.Width();
   height_ = view.Height();
-  SampleDraw draw(view, sun_direction_enu, radiance, unusable, options);
-  footprints_ = draw.Run(std::move(footprints_));
-  short_of_usable_pixels_ = Size() < options.samples && draw.RefusedUnusablePixels();
+  takes_grazing_ = takes_grazing_ && !footprints_.empty();
+  const auto draw = [&] {
+    SampleDraw draw_now(view, sun_direction_enu, radiance, unusable, takes_grazing_, options);
+    footprints_ = draw_now.Run(std::move(footprints_));
+    short_of_usable_pixels_ = Size() < options.samples && draw_now.RefusedUnusablePixels();
+  };
+  draw();
+  if (!footprints_.empty() || takes_grazing_) return;
+  takes_grazing_ = true;
+  draw();
 }
 
 // Footprints are strewn over the picture: reading them is waiting for memory.

@@ -167,6 +167,43 @@ TEST(SampleSelection, LeavesOutWhatGrazesTheSunAndHalfShadows) {
   }
 }
 
+// Flat ground under a low sun: all of it grazes, whole or as it rises. With a wall beside it, the
+// ground is left out again, once the set has been drawn anew.
+TEST(SampleSelection, TakesWhatGrazesTheSunWhereThereIsNothingElse) {
+  const SyntheticPicture picture;
+  for (const float visibility : {1.0f, 0.5f}) {
+    SurfaceView view = MakeView(picture);
+    const glm::vec3 to_sun(view.sun_direction_enu);
+    const glm::vec3 across = glm::normalize(glm::cross(to_sun, glm::vec3(0.3f, 0.5f, 0.8f)));
+    const glm::vec3 grazing = glm::normalize(across + 0.05f * to_sun);
+    for (std::size_t i = 0; i < view.normal_world.pixels.size(); ++i) {
+      view.normal_world.pixels[i] = grazing;
+      view.sun_visibility.pixels[i] = visibility;
+    }
+    const Frame frame = MakeFrame(picture, view);
+    const std::vector<DiffuseSample> samples = DrawAndMeasure(view, frame);
+    ASSERT_EQ(samples.size(), 500u) << visibility;
+    for (const DiffuseSample& sample : samples) {
+      const glm::dvec3 predicted =
+          picture.sun * sample.sun_transport_rgb + picture.sky * sample.sky_transport_rgb[0];
+      EXPECT_NEAR(sample.radiance_rgb.g, predicted.g, 1e-5 * predicted.g);
+    }
+    SampleSet set;
+    set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = 0; x < picture.width / 2; ++x) {
+        view.normal_world.At(x, y) = to_sun;
+        view.sun_visibility.At(x, y) = 1.0f;
+      }
+    }
+    set.Draw(view, view.sun_direction_enu, frame.radiance, frame.unusable, {});
+    std::vector<DiffuseSample> beside;
+    set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, beside);
+    ASSERT_FALSE(beside.empty());
+    for (const DiffuseSample& sample : beside) EXPECT_LT(sample.pixel.x, picture.width / 2);
+  }
+}
+
 TEST(SampleSelection, LeavesOutWindowsAndWhatElseIsNotOfItsRegion) {
   SyntheticPicture picture;
   SurfaceView view = MakeView(picture);
