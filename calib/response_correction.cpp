@@ -31,8 +31,18 @@ double LensCircle::ShareOfCorner(const glm::dvec2& place_px) const {
   return glm::dot(from_centre, from_centre);
 }
 
+glm::dvec3 Saturated(const glm::dvec3& rgb, double saturation) {
+  const glm::dvec3 grey((rgb.x + rgb.y + rgb.z) / 3.0);
+  return grey + (1.0 + saturation) * (rgb - grey);
+}
+
+glm::dvec3 Desaturated(const glm::dvec3& rgb, double saturation) {
+  const glm::dvec3 grey((rgb.x + rgb.y + rgb.z) / 3.0);
+  return grey + (rgb - grey) / (1.0 + saturation);
+}
+
 bool ResponseCorrection::IsNone() const {
-  return exponent == 0.0 && vignetting == 0.0 && veil_rgb == glm::dvec3(0.0) &&
+  return exponent == 0.0 && saturation == 0.0 && vignetting == 0.0 && veil_rgb == glm::dvec3(0.0) &&
          unit_rgb == glm::dvec3(1.0);
 }
 
@@ -40,8 +50,10 @@ glm::vec3 Recorded(const glm::vec3& light,
                    const ResponseCorrection& correction,
                    double share_of_corner) {
   const double white = correction.white_radiance;
-  const glm::dvec3 seen = (glm::dvec3(light) / correction.unit_rgb + correction.veil_rgb) *
-                          (1.0 - correction.vignetting * share_of_corner) / white;
+  const glm::dvec3 seen =
+      Saturated((glm::dvec3(light) / correction.unit_rgb + correction.veil_rgb) *
+                    (1.0 - correction.vignetting * share_of_corner) / white,
+                correction.saturation);
   glm::vec3 recorded(0.0f);
   for (int c = 0; c < 3; ++c) {
     if (seen[c] <= 0.0) continue;
@@ -57,7 +69,7 @@ glm::dvec3 LightOf(const glm::dvec3& recorded,
   const glm::dvec3 share_of_white = glm::max(recorded / white, glm::dvec3(0.0));
   const glm::dvec3 seen =
       white * glm::pow(share_of_white, glm::dvec3(1.0 / (1.0 + correction.exponent)));
-  return Unveiled(seen, correction, share_of_corner);
+  return Unveiled(Desaturated(seen, correction.saturation), correction, share_of_corner);
 }
 
 void LightOf(const Rgb8Image& codes,
@@ -69,11 +81,13 @@ void LightOf(const Rgb8Image& codes,
   for (int c = 0; c < 3; ++c) {
     for (std::size_t code = 0; code < 256; ++code) {
       seen_of_code[static_cast<std::size_t>(c)][code] = static_cast<float>(
-          correction.unit_rgb[c] * correction.white_radiance *
+          correction.white_radiance *
           std::pow(double{response.LinearOfCode(c)[code]}, 1.0 / (1.0 + correction.exponent)));
     }
   }
-  const glm::vec3 veil(correction.veil_rgb * correction.unit_rgb);
+  const glm::vec3 veil(correction.veil_rgb);
+  const glm::vec3 unit(correction.unit_rgb);
+  const auto desaturation = static_cast<float>(1.0 / (1.0 + correction.saturation));
   const LensCircle circle = LensCircle::Of(codes.width, codes.height);
   if (light.width != codes.width || light.height != codes.height) {
     light = RgbImage(codes.width, codes.height);
@@ -92,7 +106,9 @@ void LightOf(const Rgb8Image& codes,
       const glm::vec3 seen(
           seen_of_code[0][code->x], seen_of_code[1][code->y], seen_of_code[2][code->z]);
       const float kept = kept_in_middle - lost_per_px2 * from_middle_px * from_middle_px;
-      *out = glm::max(seen / kept - veil, glm::vec3(0.0f));
+      const glm::vec3 grey((seen.x + seen.y + seen.z) * (1.0f / 3.0f));
+      const glm::vec3 desaturated = grey + desaturation * (seen - grey);
+      *out = glm::max(desaturated / kept - veil, glm::vec3(0.0f)) * unit;
     }
   });
 }

@@ -21,9 +21,11 @@ struct LensCircle {
 };
 
 // From radiance to what is recorded as such, in one unit:
-//   recorded = white (((light / unit + veil) (1 - vignetting ShareOfCorner)) / white)^(1 +
-//   exponent).
-// Shadows and objects are computed with light, and recorded as the camera would have recorded them.
+//   seen = (light / unit + veil) (1 - vignetting ShareOfCorner),
+//   recorded = white (Saturated(seen) / white)^(1 + exponent),
+// where Saturated makes each channel's distance from the mean of the three larger, by the share
+// `saturation`. Shadows and objects are computed with light, and recorded as the camera would have
+// recorded them.
 struct ResponseCorrection {
   double white_radiance = 1.0;  // 1 over the exposure; 1 where that is unknown.
   // Where the exposure is unknown: so that light as bright as what the picture shows is recorded as
@@ -31,10 +33,16 @@ struct ResponseCorrection {
   glm::dvec3 unit_rgb{1.0};
   glm::dvec3 veil_rgb{0.0};  // Added everywhere: haze, flare, a wrong black level.
   double vignetting = 0.0;   // Share of light that is lost in the corners; < 1.
+  double saturation = 0.0;   // > -1.
   double exponent = 0.0;     // > -1.
 
   bool IsNone() const;
 };
+
+// Each channel's distance from the mean of the three, larger by the share `saturation`.
+glm::dvec3 Saturated(const glm::dvec3& rgb, double saturation);
+// The inverse.
+glm::dvec3 Desaturated(const glm::dvec3& rgb, double saturation);
 
 // Returns the light of a pixel's recorded radiance; 0 where that is darker than the veil.
 glm::dvec3 LightOf(const glm::dvec3& recorded,

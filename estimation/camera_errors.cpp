@@ -24,6 +24,11 @@ constexpr double kExponentOfUnknown = 0.05;
 constexpr double kVignettingOfStated = 0.03;
 constexpr double kVignettingOfUnknown = 0.1;
 constexpr double kVignettingOfUnknownStddev = 0.1;
+// Share by which colours are farther from grey. Cameras that choose their exposure mostly make them
+// livelier, too.
+constexpr double kSaturationOfStated = 0.03;
+constexpr double kSaturationOfUnknown = 0.08;
+constexpr double kSaturationOfUnknownStddev = 0.1;
 // Share of a pattern's contrast that is lost where it lies beside its place.
 constexpr double kPattern = 0.2;
 
@@ -56,6 +61,8 @@ CameraErrors ExpectedCameraErrors(const Frame& frame) {
     errors.pattern_stddev = kPattern;
     errors.vignetting = is_unknown ? kVignettingOfUnknown : 0.0;
     errors.vignetting_stddev = is_unknown ? kVignettingOfUnknownStddev : kVignettingOfStated;
+    errors.saturation = is_unknown ? kSaturationOfUnknown : 0.0;
+    errors.saturation_stddev = is_unknown ? kSaturationOfUnknownStddev : kSaturationOfStated;
     errors.lens_circle =
         LensCircle::Of(frame.camera.intrinsics.width_px, frame.camera.intrinsics.height_px);
   }
@@ -69,19 +76,22 @@ ResponseCorrection CorrectionOf(const CameraErrors& camera,
       .white_radiance = camera.white_radiance,
       .unit_rgb = unit_rgb,
       .vignetting = std::clamp(fit.vignetting, 0.0, kMostVignetting),
+      .saturation = std::clamp(fit.saturation, kLeastSaturation, kMostSaturation),
       .exponent = std::clamp(fit.exponent, -kMostResponseExponent, kMostResponseExponent)};
-  // Before the exponent, as light is.
+  // Before saturation and exponent, as light is.
   const double white = camera.white_radiance;
   const glm::dvec3 mean = glm::max(camera.mean_radiance_rgb / white, glm::dvec3(0.0));
-  correction.veil_rgb = std::max(fit.veil, 0.0) * white *
-                        glm::pow(mean, glm::dvec3(1.0 / (1.0 + correction.exponent)));
+  const glm::dvec3 seen = Desaturated(glm::pow(mean, glm::dvec3(1.0 / (1.0 + correction.exponent))),
+                                      correction.saturation);
+  correction.veil_rgb = std::max(fit.veil, 0.0) * white * glm::max(seen, glm::dvec3(0.0));
   return correction;
 }
 
 LearnedError WithEvidence(const LearnedError& known,
                           const LearnedError& expected,
                           const LearnedError& found,
-                          double part) {
+                          double part,
+                          double least_stddev) {
   if (!(known.stddev > 0.0) || !(expected.stddev > 0.0) || !(found.stddev > 0.0)) return known;
   const auto information_of = [](double stddev) { return 1.0 / (stddev * stddev); };
   const double of_known = information_of(known.stddev);
@@ -91,9 +101,7 @@ LearnedError WithEvidence(const LearnedError& known,
   const double information = of_known + part * (of_found - of_expected);
   const double weighted =
       of_known * known.value + part * (of_found * found.value - of_expected * expected.value);
-  // Errors of albedo that depend on brightness look like a response, the same in every frame.
-  constexpr double kLeastStddev = 0.005;
-  return {weighted / information, std::max(1.0 / std::sqrt(information), kLeastStddev)};
+  return {weighted / information, std::max(1.0 / std::sqrt(information), least_stddev)};
 }
 
 }  // namespace pleinair

@@ -180,7 +180,8 @@ class JointFit {
   // itself: under albedos that the pictures themselves gave, any response explains them.
   void LearnResponse() {
     const bool is_known = std::all_of(cameras_.begin(), cameras_.end(), [](const CameraErrors& it) {
-      return !(it.exponent_stddev > 0.0) && !(it.vignetting_stddev > 0.0);
+      return !(it.exponent_stddev > 0.0) && !(it.vignetting_stddev > 0.0) &&
+             !(it.saturation_stddev > 0.0);
     });
     if (is_known) return;
     FitLights(options_.expected_stddev);
@@ -194,6 +195,11 @@ class JointFit {
          &LightingFit::vignetting,
          &LightingFit::vignetting_stddev,
          {0.0, kMostVignetting});
+    Hold(&CameraErrors::saturation,
+         &CameraErrors::saturation_stddev,
+         &LightingFit::saturation,
+         &LightingFit::saturation_stddev,
+         {kLeastSaturation, kMostSaturation});
   }
 
   // At the mean over the frames that do not know it; what is expected of them counts once.

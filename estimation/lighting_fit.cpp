@@ -68,8 +68,8 @@ void LightingFitter::Impl::Load(std::span<const DiffuseSample> samples,
 
 void LightingFitter::Impl::ExpectErrors() {
   camera_errors = ErrorVector::Zero(problem.error_count);
-  if (const auto& error = problem.vignetting; error.place >= 0) {
-    camera_errors[error.place] = error.mean;
+  for (const auto* error : {&problem.vignetting, &problem.saturation}) {
+    if (error->place >= 0) camera_errors[error->place] = error->mean;
   }
 }
 
@@ -190,8 +190,8 @@ Evidence LightingFitter::Impl::WithErrors() const {
     evidence.gradient.tail(errors) += gradient.tail(errors);
   }
   if (errors > 0) evidence.gradient[unknowns + errors - 1] += problem.exponent_mean;
-  if (const auto& error = problem.vignetting; error.place >= 0) {
-    evidence.gradient[unknowns + error.place] += error.mean;
+  for (const auto* error : {&problem.vignetting, &problem.saturation}) {
+    if (error->place >= 0) evidence.gradient[unknowns + error->place] += error->mean;
   }
   return evidence;
 }

@@ -40,10 +40,12 @@ struct LightingFit {
   // not determine them.
   SunAndSkyMatrix data_covariance;
   // LightingPrior::camera as fitted, prior included: a share of the mean picture, a share of the
-  // light in the corners, and g.
+  // light in the corners, a share of colours' distance from grey, and g.
   double veil = 0.0;
   double vignetting = 0.0;
   double vignetting_stddev = 0.0;
+  double saturation = 0.0;
+  double saturation_stddev = 0.0;
   double exponent = 0.0;
   double exponent_stddev = 0.0;
   // Factor of the camera's errors on light as bright as the samples': 1 without errors.

@@ -146,7 +146,9 @@ void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
                                           LightingFit& fit) const {
   if (problem.error_count == 0) return;
   const int unknowns = problem.UnknownCount();
-  if (camera.veil_stddev > 0.0) fit.veil = camera.veil_stddev * camera_errors[0];
+  if (const auto& error = problem.veil; error.place >= 0) {
+    fit.veil = error.stddev * camera_errors[error.place];
+  }
   LightMatrix normal = with_errors.normal;
   normal.topLeftCorner(unknowns, unknowns) += prior_information + mixture.Information();
   const LightMatrix covariance = InverseOf(normal);
@@ -156,6 +158,10 @@ void LightingFitter::Impl::DescribeCamera(const CameraErrors& camera,
   if (const auto& error = problem.vignetting; error.place >= 0) {
     fit.vignetting = error.stddev * camera_errors[error.place];
     fit.vignetting_stddev = error.stddev * deviation_of(error.place);
+  }
+  if (const auto& error = problem.saturation; error.place >= 0) {
+    fit.saturation = error.stddev * camera_errors[error.place];
+    fit.saturation_stddev = error.stddev * deviation_of(error.place);
   }
   if (camera.exponent_stddev > 0.0) {
     const int last = problem.error_count - 1;

@@ -17,7 +17,7 @@
 namespace pleinair {
 
 inline constexpr int kMaxLightUnknowns = 3 * (1 + kMaxSkyShapes);
-inline constexpr int kMaxCameraErrors = 4;  // CameraErrors.
+inline constexpr int kMaxCameraErrors = 5;  // CameraErrors.
 inline constexpr int kMaxFitUnknowns = kMaxLightUnknowns + kMaxCameraErrors;
 
 // Over (sun RGB, sky[0] RGB, sky[1] RGB, ...), Lighting::covariance's order. Never on the heap.
@@ -28,6 +28,8 @@ using LightMatrix =
 // A curve may be steep, but not upside down. Not even the widest lens has corners much darker.
 inline constexpr double kMostResponseExponent = 0.5;
 inline constexpr double kMostVignetting = 0.6;
+inline constexpr double kLeastSaturation = -0.4;
+inline constexpr double kMostSaturation = 1.0;
 
 // Errors of the camera that all pixels share, noise excluded. Deviations of 0: none.
 struct CameraErrors {
@@ -40,6 +42,9 @@ struct CameraErrors {
   double vignetting = 0.0;
   double vignetting_stddev = 0.0;
   LensCircle lens_circle;
+  // By which share colours are farther from grey than those of light, as makers of cameras like.
+  double saturation = 0.0;
+  double saturation_stddev = 0.0;
   // The g of a response curve that differs from the stated one:
   //   recorded / white = (radiance / white)^(1 + g).
   double exponent = 0.0;

@@ -377,6 +377,8 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
     CameraErrors& camera = expectation.prior.camera;
     camera.vignetting = response_->vignetting.value;
     camera.vignetting_stddev = response_->vignetting.stddev;
+    camera.saturation = response_->saturation.value;
+    camera.saturation_stddev = response_->saturation.stddev;
     camera.exponent = response_->exponent.value;
     camera.exponent_stddev = response_->exponent.stddev;
   }
@@ -401,9 +403,15 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
     part = std::min(1.0, gap_s / kOtherLightS);
   }
   const LearnedError vignetting{expected.vignetting, expected.vignetting_stddev};
+  const LearnedError saturation{expected.saturation, expected.saturation_stddev};
   const LearnedError exponent{expected.exponent, expected.exponent_stddev};
   response_ =
       Response{WithEvidence(vignetting, vignetting, {fit.vignetting, fit.vignetting_stddev}, part),
+               WithEvidence(saturation,
+                            saturation,
+                            {fit.saturation, fit.saturation_stddev},
+                            part,
+                            kLeastSaturationStddev),
                WithEvidence(exponent, exponent, {fit.exponent, fit.exponent_stddev}, part),
                time};
 }

@@ -55,6 +55,7 @@ class OutdoorEstimator {
   // The camera's response as learned from earlier pictures, and the time of the last one.
   struct Response {
     LearnedError vignetting;
+    LearnedError saturation;
     LearnedError exponent;
     UtcTime time{};
   };

@@ -104,14 +104,17 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
                           -removed_exponent / (1.0 + removed_exponent))
                : 1.0;
   };
-  glm::dvec3 veil = camera.veil_stddev * camera.mean_radiance_rgb;
-  for (int c = 0; c < 3; ++c) veil[c] *= factor_without_exponent(camera.mean_radiance_rgb[c]);
-  const bool has_veil = std::max({veil.x, veil.y, veil.z}) > 0.0;
-  error_count = has_veil ? 1 : 0;
-  const auto place_if = [this](double stddev) { return stddev > 0.0 ? error_count++ : -1; };
-  vignetting = {.place = place_if(camera.vignetting_stddev), .stddev = camera.vignetting_stddev};
-  if (vignetting.place >= 0) vignetting.mean = camera.vignetting / vignetting.stddev;
-  pattern = {.place = place_if(camera.pattern_stddev), .stddev = camera.pattern_stddev};
+  glm::dvec3 veil_rgb = camera.veil_stddev * camera.mean_radiance_rgb;
+  for (int c = 0; c < 3; ++c) veil_rgb[c] *= factor_without_exponent(camera.mean_radiance_rgb[c]);
+  const bool has_veil = std::max({veil_rgb.x, veil_rgb.y, veil_rgb.z}) > 0.0;
+  error_count = 0;
+  const auto error_of = [this](double mean, double stddev) {
+    return stddev > 0.0 ? CameraError{error_count++, stddev, mean / stddev} : CameraError{};
+  };
+  veil = error_of(0.0, has_veil ? camera.veil_stddev : 0.0);
+  vignetting = error_of(camera.vignetting, camera.vignetting_stddev);
+  pattern = error_of(0.0, camera.pattern_stddev);
+  saturation = error_of(camera.saturation, camera.saturation_stddev);
   if (exponent_stddev > 0.0) ++error_count;
   order_.clear();
   for (const DiffuseSample& sample : samples) {
@@ -160,15 +163,16 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     }
   }
   FindTrends();
-  if (pattern.place >= 0) FillLogAlbedo();
+  if (pattern.place >= 0 || saturation.place >= 0) FillLogAlbedo();
   DivideIntoCells(kForNoise);
   ChooseUnits(prior.scale_rgb);
   white = camera.white_radiance / radiance_unit;
-  if (has_veil) FillVeilColumn(veil);
+  if (has_veil) FillVeilColumn(veil_rgb);
 }
 
 void FitProblem::FillLogAlbedo() {
   log_albedo.assign(radiance.size(), 0.0);
+  plane_over_own_albedo.assign(radiance.size(), 1.0);
   for (std::size_t first = 0; first < order_.size();) {
     std::size_t last = first;
     while (last < order_.size() && plane[last] == plane[first]) ++last;
@@ -180,7 +184,9 @@ void FitProblem::FillLogAlbedo() {
       }
       for (std::size_t i = first; i < last; ++i) {
         if (!(albedo(i) > 0.0)) continue;
-        log_albedo[i * 3 + static_cast<std::size_t>(c)] = std::log(albedo(i)) - mean.Value();
+        const std::size_t v = i * 3 + static_cast<std::size_t>(c);
+        log_albedo[v] = std::log(albedo(i)) - mean.Value();
+        plane_over_own_albedo[v] = std::exp(-log_albedo[v]);
       }
     }
     first = last;
@@ -197,7 +203,8 @@ void FitProblem::FillVeilColumn(const glm::dvec3& veil_rgb) {
   for (std::size_t v = 0; v < weight.size(); ++v) {
     const auto c = static_cast<int>(v % 3);
     if (!(weight[v] > 0.0)) continue;
-    transport[v * columns + static_cast<std::size_t>(basis_count)] = veil_rgb[c] / radiance_unit[c];
+    transport[v * columns + static_cast<std::size_t>(basis_count + veil.place)] =
+        veil_rgb[c] / radiance_unit[c];
   }
 }
 
@@ -213,6 +220,7 @@ void FitProblem::SetResponseColumns(std::span<const double> predicted) {
   };
   set(vignetting, [this](std::size_t v) { return corner_share[v / 3]; });
   set(pattern, [this](std::size_t v) { return log_albedo[v]; });
+  SetSaturationColumn(predicted);
   if (!(exponent_stddev > 0.0)) return;
   for (std::size_t v = 0; v < weight.size(); ++v) {
     transport[v * columns + columns - 1] =
@@ -220,6 +228,31 @@ void FitProblem::SetResponseColumns(std::span<const double> predicted) {
             ? exponent_stddev * predicted[v] *
                   std::log(predicted[v] / white[static_cast<int>(v % 3)])
             : 0.0;
+  }
+}
+
+// In the picture's units, which the channels have in common, by the planes' mean albedos: the
+// colours of a pattern that lies beside its place would seem pale. A sample without one of the
+// channels has no grey to compare with.
+void FitProblem::SetSaturationColumn(std::span<const double> predicted) {
+  if (saturation.place < 0) return;
+  const auto columns = static_cast<std::size_t>(ColumnCount());
+  const auto column = static_cast<std::size_t>(basis_count + saturation.place);
+  for (std::size_t first = 0; first < weight.size(); first += 3) {
+    double grey = 0.0;
+    bool has_all = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      grey += predicted[first + c] * plane_over_own_albedo[first + c] *
+              radiance_unit[static_cast<int>(c)] / 3.0;
+      has_all = has_all && weight[first + c] > 0.0;
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t v = first + c;
+      transport[v * columns + column] =
+          has_all ? saturation.stddev * (predicted[v] - grey / plane_over_own_albedo[v] /
+                                                            radiance_unit[static_cast<int>(c)])
+                  : 0.0;
+    }
   }
 }
 

@@ -26,15 +26,17 @@ using BasisMatrix =
 // So a frame times 10^k is the same problem but for rounding.
 struct FitProblem {
   int basis_count = 0;
-  // Errors of the camera, common to all channels, as unknowns of unit variance. The veil is the
-  // first, the exponent the last.
+  // Errors of the camera, common to all channels, as unknowns of unit variance. The exponent
+  // is the last.
   struct CameraError {
     int place = -1;  // Among the errors; below 0: not an unknown.
     double stddev = 0.0;
     double mean = 0.0;  // That the prior expects, in deviations.
   };
+  CameraError veil;
   CameraError vignetting;
   CameraError pattern;
+  CameraError saturation;
   int error_count = 0;
   double exponent_stddev = 0.0;  // 0: the exponent is not an unknown.
   glm::dvec3 white{1.0};  // In the fit's units: the radiance that a wrong exponent does not change.
@@ -57,7 +59,8 @@ struct FitProblem {
   std::vector<double> corner_share;  // Per sample: LensCircle::ShareOfCorner.
   // Per sample and channel: ln(albedo) less its plane's mean; 0 where the albedo is not measured.
   std::vector<double> log_albedo;
-  std::vector<std::int32_t> plane;  // Per sample, 0 .. plane_count - 1; ascending.
+  std::vector<double> plane_over_own_albedo;  // exp(-log_albedo).
+  std::vector<std::int32_t> plane;            // Per sample, 0 .. plane_count - 1; ascending.
   // Per sample: neighbours in the picture on one plane. A plane has a few cells of about equal
   // numbers of samples; one where it has few samples or they have no place.
   std::vector<std::int32_t> cell;
@@ -79,7 +82,8 @@ struct FitProblem {
   double InPicture(std::size_t v) const;
 
   // Refreshes the columns of errors in proportion to what is predicted, per sample and channel: the
-  // vignetting, the pattern, and the exponent with predicted ln(predicted / white).
+  // vignetting, the pattern, the saturation with the distance from grey, and the exponent with
+  // predicted ln(predicted / white).
   void SetResponseColumns(std::span<const double> predicted);
 
   int ColumnCount() const { return basis_count + error_count; }
@@ -131,6 +135,7 @@ struct FitProblem {
   void Divide(std::int32_t in_plane, std::span<Place> places, const Division& division);
   void ChooseUnits(const glm::dvec3& usual_irradiance_rgb);
   void FillLogAlbedo();
+  void SetSaturationColumn(std::span<const double> predicted);
   void FillVeilColumn(const glm::dvec3& veil_rgb);
 };
 

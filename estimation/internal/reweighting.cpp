@@ -32,9 +32,11 @@ void WithColumns(int column_count, Loops&& loops) {
       return loops.template operator()<8>();
     case 9:
       return loops.template operator()<9>();
-    default:
-      static_assert(kMaxColumns == 10);
+    case 10:
       return loops.template operator()<10>();
+    default:
+      static_assert(kMaxColumns == 11);
+      return loops.template operator()<11>();
   }
 }
 

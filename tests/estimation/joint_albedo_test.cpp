@@ -123,13 +123,15 @@ TEST(JointAlbedo, ScaleOfTheRadianceChangesTheLightAlone) {
   EXPECT_NEAR(two.lights[0].irradiance_rgb[0] / one.lights[0].irradiance_rgb[0], 1e4, 1e-2);
 }
 
-// A phone's curve is flatter than stated, and its corners are darker; no frame states an exposure.
+// A phone's curve is flatter than stated, its corners are darker and its colours livelier; no frame
+// states an exposure.
 // Sun over sky is right to 20 %, where a fit that takes the codes for light is 43 % off. How much
 // sky a clear sun has is known from the climate: contrast alone would not tell a flat curve from a
 // bright sky.
 TEST(JointAlbedo, FindsTheResponseOfACameraThatIsNotKnown) {
   constexpr double kExponent = -0.12;
   constexpr double kVignetting = 0.15;
+  constexpr double kSaturation = 0.1;
   std::vector<AlbedoFrame> day = Day().Frames();
   std::vector<AlbedoFrame> unaware = day;
   for (std::size_t f = 0; f < day.size(); ++f) {
@@ -140,10 +142,14 @@ TEST(JointAlbedo, FindsTheResponseOfACameraThatIsNotKnown) {
     camera.exponent_stddev = 0.05;
     camera.vignetting = 0.1;
     camera.vignetting_stddev = 0.1;
+    camera.saturation = 0.08;
+    camera.saturation_stddev = 0.1;
     camera.lens_circle = LensCircle::Of(80, 4);
     camera.white_radiance = 500.0;
-    const ResponseCorrection correction{
-        .white_radiance = camera.white_radiance, .vignetting = kVignetting, .exponent = kExponent};
+    const ResponseCorrection correction{.white_radiance = camera.white_radiance,
+                                        .vignetting = kVignetting,
+                                        .saturation = kSaturation,
+                                        .exponent = kExponent};
     for (std::size_t i = 0; i < day[f].samples.size(); ++i) {
       DiffuseSample& white = day[f].samples[i].white;
       const double corner = camera.lens_circle.ShareOfCorner(glm::dvec2(white.pixel) + 0.5);
@@ -168,6 +174,7 @@ TEST(JointAlbedo, FindsTheResponseOfACameraThatIsNotKnown) {
   for (const LightingFit& light : found.lights) {
     EXPECT_NEAR(light.exponent, kExponent, 0.04);
     EXPECT_NEAR(light.vignetting, kVignetting, 0.05);
+    EXPECT_NEAR(light.saturation, kSaturation, 0.1);
   }
   EXPECT_GT(largest_error(FitAlbedoAndLight(unaware, kGrey)), 0.4);
 }

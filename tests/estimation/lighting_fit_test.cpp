@@ -593,6 +593,39 @@ TEST(LightingFit, FindsTheVignetting) {
   EXPECT_NEAR(FitLighting(samples, prior, true).vignetting, 0.1, 1e-3);
 }
 
+// A camera that makes colours livelier, over planes of several colours whose patterns lie beside
+// their places. Sun and sky have the colours of light, not of the picture.
+TEST(LightingFit, FindsTheSaturation) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.03;
+  std::vector<DiffuseSample> samples = MakeSamples(scene);
+  const glm::dvec3 colours[] = {{1.3, 0.9, 0.7}, {0.8, 1.0, 1.1}, {1.0, 1.0, 1.0}};
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> gauss;
+  for (DiffuseSample& sample : samples) {
+    const glm::dvec3& colour = colours[sample.plane % 3];
+    sample.radiance_rgb = Saturated(colour * sample.radiance_rgb, 0.25);
+    for (int c = 0; c < 3; ++c) {
+      const double beside = std::exp(0.15 * gauss(random));
+      sample.measured_albedo_rgb[c] = 0.3 * colour[c] * beside;
+      sample.sun_transport_rgb[c] *= colour[c] * beside;
+      sample.sky_transport_rgb[0][c] *= colour[c] * beside;
+    }
+  }
+  LightingPrior prior = LightingPrior::Nothing(1);
+  prior.camera.pattern_stddev = 0.2;
+  const double without = WorstRatioError(FitLighting(samples, prior, true), scene);
+  prior.camera.saturation_stddev = 0.1;
+  const LightingFit fit = FitLighting(samples, prior, true);
+  EXPECT_NEAR(fit.saturation, 0.25, 3.0 * fit.saturation_stddev);
+  EXPECT_LT(fit.saturation_stddev, 0.07);
+  EXPECT_LT(WorstRatioError(fit, scene), 0.5 * without);
+  // Known beforehand, it is taken from what is known.
+  prior.camera.saturation = 0.1;
+  prior.camera.saturation_stddev = 1e-4;
+  EXPECT_NEAR(FitLighting(samples, prior, true).saturation, 0.1, 1e-3);
+}
+
 // Half of a surveyed pattern's contrast is elsewhere in the picture, as where north is off by a
 // degree: that is no flat response. One that is flat all the same is found.
 TEST(LightingFit, TakesADisplacedPatternForNoResponse) {

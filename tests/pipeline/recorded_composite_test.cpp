@@ -92,6 +92,7 @@ TEST_F(RecordedComposite, IsTheLightsOwnAsTheCameraRecordsIt) {
   const ResponseCorrection response{.unit_rgb = {1.1, 1.0, 0.9},
                                     .veil_rgb = {0.01, 0.02, 0.03},
                                     .vignetting = 0.3,
+                                    .saturation = 0.2,
                                     .exponent = -0.2};
   const Frame light = stage_.MakeFrame(kSun, kSky);
   const FrameResult in_light = Process(light, {});
@@ -127,6 +128,7 @@ TEST(ResponseCorrection, LightIsTheInverseOfWhatIsRecorded) {
   const ResponseCorrection response{.unit_rgb = {1.2, 1.0, 0.8},
                                     .veil_rgb = {0.001, 0.002, 0.003},
                                     .vignetting = 0.4,
+                                    .saturation = 0.1,
                                     .exponent = 0.15};
   EXPECT_FALSE(response.IsNone());
   EXPECT_TRUE(ResponseCorrection().IsNone());
