@@ -1,11 +1,13 @@
 #include "apps/frame_faults.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
 
 #include "scene/half_float.h"
+#include "sunmodel/angles.h"
 
 namespace pleinair {
 namespace {
@@ -13,6 +15,14 @@ namespace {
 // The stated weather's probability below which the picture contradicts it. The other weathers start
 // with a hundredth of theirs: the picture is then evidence of 1000 to 1.
 constexpr double kContradictingShare = 0.1;
+// Below, the sky's light is less than a hundredth of the day's.
+constexpr double kNightRad = RadFromDeg(-6.0);
+
+bool IsFilledByObjects(const Gray8Image& change) {
+  constexpr std::uint8_t kCovered = static_cast<std::uint8_t>(PixelChange::kCovered);
+  return !change.Empty() && std::ranges::count(change.pixels, kCovered) ==
+                                static_cast<std::ptrdiff_t>(change.pixels.size());
+}
 
 }  // namespace
 
@@ -29,6 +39,18 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
   not_finite_.Add(frame.defects.not_finite);
   clamped_.Add(result.clamped_pixels);
   frames_without_colour_ += result.drawn_lighting ? 1 : 0;
+  ++frames_;
+  AddNight(result.estimate.lighting.sun);
+  if (IsFilledByObjects(result.composite.change)) filled_.Add(frame.index);
+  if (!result.plan.fits_budget) beyond_budget_.Add(frame.index);
+}
+
+void FrameFaults::AddNight(const DirectionalLight& sun) {
+  if (sun.direction_enu == kNoSunDirectionEnu) return;  // Stated, or not known.
+  const double elevation_rad = std::asin(std::clamp(sun.direction_enu.z, -1.0, 1.0));
+  if (!(elevation_rad < kNightRad)) return;
+  ++frames_at_night_;
+  highest_sun_at_night_rad_ = std::max(highest_sun_at_night_rad_, elevation_rad);
 }
 
 void FrameFaults::AddWeather(const Frame& frame, const LightingEstimate& estimate) {
@@ -65,6 +87,18 @@ std::vector<std::string> FrameFaults::Notes() const {
                count,
                "the pictures decide; leave it out, or state it for each frame");
   }
+  if (frames_ > 0 && frames_at_night_ == frames_) {
+    notes.push_back(fmt::format(
+        "the sun is at least {:.0f} deg below the horizon in all frames: objects get no "
+        "sunlight; where the pictures show day, time_utc (is it UTC?) or the site is wrong",
+        -DegFromRad(highest_sun_at_night_rad_)));
+  }
+  add_frames("that virtual objects fill completely",
+             filled_,
+             "the camera is inside an object, or close to it");
+  add_frames("whose effects are expected to take longer than the budget",
+             beyond_budget_,
+             "the most is left out of them that can be");
   if (frames_without_colour_ > 0) {
     notes.push_back(
         fmt::format("the estimated light of {} frames lacks a colour that daylight has: drawn with "

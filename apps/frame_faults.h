@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace pleinair {
 
 // Counts frames by fault: pixels that composites could not be made from unchanged, nothing to
 // measure light on, surfaces that differ from the model, a stated weather that the picture
-// contradicts, a light without a colour that daylight has.
+// contradicts, a light without a colour that daylight has, a time at night, nothing but virtual
+// objects in the picture, more effects than the budget has time for.
 class FrameFaults {
  public:
   // `is_measured_in_pictures`: whether the light is that of the frames' own surfaces.
@@ -42,6 +44,7 @@ class FrameFaults {
   };
 
   void AddWeather(const Frame& frame, const LightingEstimate& estimate);
+  void AddNight(const DirectionalLight& sun);
 
   bool is_measured_in_pictures_;
   FrameCount without_samples_;
@@ -50,6 +53,11 @@ class FrameFaults {
   PixelCount not_finite_;
   PixelCount clamped_;
   int frames_without_colour_ = 0;
+  int frames_ = 0;
+  int frames_at_night_ = 0;
+  double highest_sun_at_night_rad_ = -std::numbers::pi;
+  FrameCount filled_;
+  FrameCount beyond_budget_;
 };
 
 }  // namespace pleinair

@@ -24,6 +24,7 @@
 #include "scene/image_io.h"
 #include "session/given_lighting.h"
 #include "session/site_frames.h"
+#include "sunmodel/time_text.h"
 
 namespace pleinair {
 namespace {
@@ -128,6 +129,13 @@ void RunRecorded(const RunCommandOptions& options) {
   std::optional<SequenceSession> session;
   std::optional<std::size_t> count;
   if (is_at_site) {
+    if (!options.times.start && !std::filesystem::is_directory(options.input)) {
+      spdlog::warn(
+          "{}: taken at {}, as the video states; a program that converted it may have "
+          "stated its own time, and the sun would be elsewhere (see --start-time)",
+          options.input,
+          FormatUtcTime(FirstPictureTime(options.input, options.times)));
+    }
     auto frames =
         PosedFramesAt(*loaded, options.input, options.times, options, [](const std::string& note) {
           spdlog::warn("{}", note);

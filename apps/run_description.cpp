@@ -1,5 +1,6 @@
 #include "apps/run_description.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -35,6 +36,10 @@ std::string HowSunIsKnown(const LightingEstimate& estimate) {
            "answer)";
   }
   if (estimate.sun_observable) return {};
+  const DirectionalLight& light = estimate.lighting.sun;
+  if (light.direction_enu.z < -std::sin(light.angular_radius_rad)) {
+    return light.direction_enu == kNoSunDirectionEnu ? " (no sun)" : " (sun below the horizon)";
+  }
   const MeanIrradiance sun = MeanSunIrradiance(estimate.lighting);
   if (!(sun.stddev > 0.0 && sun.stddev < sun.mean)) return " (sun not observable in this picture)";
   return fmt::format(" (sun not observable in this picture; otherwise known to {:.0f} %)",

@@ -212,7 +212,10 @@ RunFolder::RunFolder(const FolderLock& lock)
 
 RunFolder::~RunFolder() {
   if (has_begun_) return;
-  for (std::optional<Log>* log : {&lighting_, &plan_, &events_}) {
+  // A killed run's pictures have no other log than this to show that they are a run's.
+  const bool is_mark = had_results_ && !fs::exists(out_ / "lighting.jsonl");
+  if (!is_mark) lighting_->Remove();
+  for (std::optional<Log>* log : {&plan_, &events_}) {
     if (*log) (*log)->Remove();
   }
 }

@@ -49,7 +49,7 @@ class FolderLock {
 // One run's output: nothing of an earlier run, ended or killed, stays beside the new one's; all
 // else does. lighting.jsonl, plan.jsonl and events.jsonl have their names only when they are
 // complete. Results of an earlier run stay until Begin or Finish; a run that does not get there
-// leaves nothing.
+// leaves nothing, but for the log that shows that a killed run's pictures are a run's.
 class RunFolder {
  public:
   // Removes what a killed run left unfinished. `lock` outlives it. Throws std::runtime_error where

@@ -80,9 +80,7 @@ void RunOutput::Add(FinishedFrame frame) {
 
 void RunOutput::AddPassed(const Rgb8Image& picture, UtcTime time) {
   WriteTo(targets_.pictures, picture, time);
-  if (!video_) return;
-  Begin();
-  video_->Add(picture);
+  if (video_) video_->Add(picture);
 }
 
 void RunOutput::AddDone(FinishedFrame finished) {

@@ -21,8 +21,8 @@ namespace pleinair {
 // stream whose reader is gone is closed, with an event; the run goes on.
 class RunOutput {
  public:
-  // What an earlier run left stays until the first picture, and where there is none. `targets` and
-  // `events` outlive it. `camera_rate`: frames a second, where a camera states it. Throws as
+  // What an earlier run left stays until the first composite, and where there is none. `targets`
+  // and `events` outlive it. `camera_rate`: frames a second, where a camera states it. Throws as
   // RunFolder.
   RunOutput(const RunCommandOptions& options,
             RunTargets& targets,

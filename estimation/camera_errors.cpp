@@ -48,6 +48,8 @@ glm::dvec3 MeanRadiance(const RgbImage& radiance) {
   return count > 0.0 ? sum / count : sum;
 }
 
+double InformationOf(const LearnedError& error) { return 1.0 / (error.stddev * error.stddev); }
+
 }  // namespace
 
 CameraErrors ExpectedCameraErrors(const Frame& frame) {
@@ -90,18 +92,29 @@ ResponseCorrection CorrectionOf(const CameraErrors& camera,
 LearnedError WithEvidence(const LearnedError& known,
                           const LearnedError& expected,
                           const LearnedError& found,
-                          double part,
-                          double least_stddev) {
+                          double part) {
   if (!(known.stddev > 0.0) || !(expected.stddev > 0.0) || !(found.stddev > 0.0)) return known;
-  const auto information_of = [](double stddev) { return 1.0 / (stddev * stddev); };
-  const double of_known = information_of(known.stddev);
-  const double of_expected = information_of(expected.stddev);
-  const double of_found = information_of(found.stddev);
+  const double of_known = InformationOf(known);
+  const double of_expected = InformationOf(expected);
+  const double of_found = InformationOf(found);
   if (!(of_found > of_expected)) return known;
   const double information = of_known + part * (of_found - of_expected);
   const double weighted =
       of_known * known.value + part * (of_found * found.value - of_expected * expected.value);
-  return {weighted / information, std::max(1.0 / std::sqrt(information), least_stddev)};
+  // Errors of albedo that depend on brightness look like a response, the same in every frame.
+  constexpr double kLeastStddev = 0.005;
+  return {weighted / information, std::max(1.0 / std::sqrt(information), kLeastStddev)};
+}
+
+LearnedError WithEvidenceDownTo(double least_stddev,
+                                const LearnedError& known,
+                                const LearnedError& found,
+                                double part) {
+  if (!(known.stddev > least_stddev) || !(found.stddev > 0.0)) return known;
+  const double wanted = InformationOf({0.0, least_stddev}) - InformationOf(known);
+  const double offered = InformationOf(found) - InformationOf(known);
+  if (offered > 0.0) part = std::min(part, wanted / offered);
+  return WithEvidence(known, known, found, part);
 }
 
 }  // namespace pleinair

@@ -20,9 +20,7 @@ ResponseCorrection CorrectionOf(const CameraErrors& camera,
                                 const LightingFit& fit,
                                 const glm::dvec3& unit_rgb);
 
-// Errors of albedo that depend on brightness look like a response, the same in every frame.
-inline constexpr double kLeastLearnedStddev = 0.005;
-// Errors of the surfaces' colours look like a saturation: more frames of them hardly tell more.
+// Errors of the surfaces' colours look like a saturation, the same in every frame.
 inline constexpr double kLeastSaturationStddev = 0.04;
 
 // One of the camera's errors, as known so far.
@@ -32,12 +30,16 @@ struct LearnedError {
 };
 
 // What is known after a fit that began with `expected` and ended with `found`: its own evidence is
-// the difference of both, of which the share `part` counts in addition to `known`. It is never
-// known better than to `least_stddev`.
+// the difference of both, of which the share `part` counts in addition to `known`.
 LearnedError WithEvidence(const LearnedError& known,
                           const LearnedError& expected,
                           const LearnedError& found,
-                          double part,
-                          double least_stddev = kLeastLearnedStddev);
+                          double part);
+// The same, but only until it is known to `least_stddev`: for evidence that errs by that much in
+// all pictures alike.
+LearnedError WithEvidenceDownTo(double least_stddev,
+                                const LearnedError& known,
+                                const LearnedError& found,
+                                double part);
 
 }  // namespace pleinair

@@ -111,7 +111,13 @@ void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
   const glm::dvec3 found = total(lighting);
   for (std::size_t u = 0; u < SideOf(lighting); ++u) {
     const auto c = static_cast<int>(u % 3);
-    if (found[c] > 0.0) Component(lighting, u) *= wanted[c] / found[c];
+    if (!(found[c] > 0.0)) continue;
+    const double factor = wanted[c] / found[c];
+    Component(lighting, u) *= factor;
+    for (std::size_t v = 0; v < SideOf(lighting) && HasCovariance(lighting); ++v) {
+      lighting.covariance[u * SideOf(lighting) + v] *= factor;
+      lighting.covariance[v * SideOf(lighting) + u] *= factor;
+    }
   }
 }
 

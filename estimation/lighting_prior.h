@@ -42,7 +42,7 @@ struct CameraErrors {
   double vignetting = 0.0;
   double vignetting_stddev = 0.0;
   LensCircle lens_circle;
-  // By which share colours are farther from grey than those of light, as makers of cameras like.
+  // The share by which colours are farther from grey than those of light.
   double saturation = 0.0;
   double saturation_stddev = 0.0;
   // The g of a response curve that differs from the stated one:

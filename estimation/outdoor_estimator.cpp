@@ -405,15 +405,12 @@ void OutdoorEstimator::LearnResponse(const CameraErrors& expected,
   const LearnedError vignetting{expected.vignetting, expected.vignetting_stddev};
   const LearnedError saturation{expected.saturation, expected.saturation_stddev};
   const LearnedError exponent{expected.exponent, expected.exponent_stddev};
-  response_ =
-      Response{WithEvidence(vignetting, vignetting, {fit.vignetting, fit.vignetting_stddev}, part),
-               WithEvidence(saturation,
-                            saturation,
-                            {fit.saturation, fit.saturation_stddev},
-                            part,
-                            kLeastSaturationStddev),
-               WithEvidence(exponent, exponent, {fit.exponent, fit.exponent_stddev}, part),
-               time};
+  response_ = Response{
+      WithEvidence(vignetting, vignetting, {fit.vignetting, fit.vignetting_stddev}, part),
+      WithEvidenceDownTo(
+          kLeastSaturationStddev, saturation, {fit.saturation, fit.saturation_stddev}, part),
+      WithEvidence(exponent, exponent, {fit.exponent, fit.exponent_stddev}, part),
+      time};
 }
 
 void OutdoorEstimator::Learn(const Expectation& expectation, const LightingFit& fit, double trust) {

@@ -524,14 +524,16 @@ void SampleSet::Refill(const SurfaceView& view,
   CheckInput(view, radiance, unusable, options);
   width_ = view.Width();
   height_ = view.Height();
-  takes_grazing_ = takes_grazing_ && !footprints_.empty();
+  takes_grazing_ = false;
   const auto draw = [&] {
     SampleDraw draw_now(view, sun_direction_enu, radiance, unusable, takes_grazing_, options);
     footprints_ = draw_now.Run(std::move(footprints_));
     short_of_usable_pixels_ = Size() < options.samples && draw_now.RefusedUnusablePixels();
   };
   draw();
-  if (!footprints_.empty() || takes_grazing_) return;
+  // A few places in a mast's shadow are not enough.
+  constexpr int kEnoughShare = 10;
+  if (Size() * kEnoughShare >= options.samples) return;
   takes_grazing_ = true;
   draw();
 }

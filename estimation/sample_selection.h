@@ -38,10 +38,10 @@ struct SampleSelectionOptions {
 // A footprint is a square of pixels: half a survey texel or one pixel to each side of its centre,
 // whichever is more. It lies inside one region and one plane, clear of every edge of the model.
 // Pixels at grazing sun are left out (n.l below 0.1: there a degree of error changes the light by a
-// sixth) where there are others: on flat ground under a low sun there are none. So are those in a
-// penumbra, and those whose albedo is an outlier of its region (windows, doors, plants). Where a
-// person has judged whether the sun reaches a place, that judgement replaces the model's shadows;
-// places judged as grazing are left out.
+// sixth) where there are others: on flat ground under a low sun there are hardly any, and all are
+// taken. So are those in a penumbra, and those whose albedo is an outlier of its region (windows,
+// doors, plants). Where a person has judged whether the sun reaches a place, that judgement
+// replaces the model's shadows; places judged as grazing are left out.
 //
 // Strata are region x lit or shaded x facing (the nearest of the six axes). Each gets an equal
 // share, or the share of the chosen rule; what a small one cannot use goes to the others. Within a
@@ -118,7 +118,7 @@ class SampleSet {
   int width_ = 0;
   int height_ = 0;
   bool short_of_usable_pixels_ = false;
-  bool takes_grazing_ = false;  // There was nothing else when it was empty.
+  bool takes_grazing_ = false;  // There was hardly anything else when it was filled.
   std::vector<Footprint> footprints_;
 
   friend class SampleDraw;

@@ -66,8 +66,9 @@ double LeastGreen(const Lighting& lighting,
                   lighting.covariance[a * side + b];
     }
   }
+  if (!std::isfinite(variance)) return kLeastGreen;
+  variance = std::max(variance, 0.0);  // Rounding, where only what is common to all is not known.
   const double weight = variance / (variance + kGreenLogStddev * kGreenLogStddev);
-  if (!(weight >= 0.0)) return kLeastGreen;  // No covariance of anything.
   const double mean = green * std::pow(kUsualGreen / green, weight);
   return std::clamp(mean, kLeastGreenOfAnyCamera, kLeastGreen);
 }
@@ -106,6 +107,26 @@ void HoldSkyOverSun(const glm::dvec3& to_sun,
   }
 }
 
+double Component(const Lighting& lighting, std::size_t u) {
+  const auto channel = static_cast<int>(u % 3);
+  return u < 3 ? lighting.sun.irradiance_rgb[channel]
+               : lighting.sky[u / 3 - 1].irradiance_rgb[channel];
+}
+
+// What has been made brighter is uncertain by the same share.
+void KeepRelativeDeviations(const Lighting& before, Lighting& lighting) {
+  const std::size_t side = 3 * (1 + lighting.sky.size());
+  if (lighting.covariance.size() != side * side) return;
+  for (std::size_t u = 0; u < side; ++u) {
+    if (!(Component(before, u) > 0.0)) continue;
+    const double factor = Component(lighting, u) / Component(before, u);
+    for (std::size_t v = 0; v < side; ++v) {
+      lighting.covariance[u * side + v] *= factor;
+      lighting.covariance[v * side + u] *= factor;
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
@@ -134,6 +155,7 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   coloured.sun = lighting.sun;
   coloured.sun.irradiance_rgb = sun;
   coloured.covariance = lighting.covariance;
+  KeepRelativeDeviations(lighting, coloured);
   coloured.common_stddev_rgb = lighting.common_stddev_rgb;
   return coloured;
 }

@@ -30,7 +30,9 @@ double ChosenExposure(const Frame& frame) {
 
 DisplayCodes::DisplayCodes(const ResponseCurve& response,
                            double exposure,
-                           const ResponseCorrection& correction) {
+                           const ResponseCorrection& correction)
+    : saturated_rise_(1.0f +
+                      2.0f / 3.0f * std::max(static_cast<float>(correction.saturation), 0.0f)) {
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];
     channel.linear_of_code = response.LinearOfCode(c);
@@ -107,9 +109,9 @@ float DisplayCodes::LargestRise(const glm::vec3& least, const glm::vec3& added) 
     if (!(added[c] > 0.0f)) continue;
     const Channel& channel = channels_[static_cast<std::size_t>(c)];
     const float from = std::max(least[c], 0.0f);
-    largest = std::max(
-        largest,
-        On(channel.steep_code, channel, from + added[c]) - On(channel.steep_code, channel, from));
+    largest = std::max(largest,
+                       On(channel.steep_code, channel, from + saturated_rise_ * added[c]) -
+                           On(channel.steep_code, channel, from));
   }
   return largest;
 }

@@ -25,7 +25,8 @@ double ChosenExposure(const Frame& frame);
 // Continuous code values, 0 to 255, clipped at white; linear between the light of the codes.
 class DisplayCodes {
  public:
-  // Of light that `correction` makes of grey pixels; veil and vignetting are left out.
+  // Of light that `correction` makes of grey pixels; veil and vignetting are left out, and what
+  // saturation makes of light that is not grey, but for LargestRise.
   // Throws std::invalid_argument for an exposure that is not positive and finite.
   DisplayCodes(const ResponseCurve& response,
                double exposure,
@@ -55,6 +56,7 @@ class DisplayCodes {
   float On(const std::array<float, 256>& values, const Channel& channel, float radiance) const;
 
   std::array<Channel, 3> channels_;
+  float saturated_rise_ = 1.0f;  // At most, of a channel by itself.
   double exposure_ = 1.0;
   float scale_ = 1.0f;  // The exposure.
 };

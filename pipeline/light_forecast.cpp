@@ -22,7 +22,7 @@
 namespace pleinair {
 namespace {
 
-// As SampleSet leaves out surfaces that graze the sun.
+// As SampleSet leaves out surfaces that graze the sun, where there are others.
 constexpr double kLeastFacing = 0.1;
 // Automatic exposure puts all but the brightest hundredth of the surfaces below this signal.
 constexpr double kExposedTo = 0.9;

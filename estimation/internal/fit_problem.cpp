@@ -24,11 +24,8 @@ bool HasModel(const DiffuseSample& sample, int sky_shapes) {
   return true;
 }
 
-bool ChannelIsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun, int channel) {
-  const double stddev = sample.radiance_stddev_rgb[channel];
-  if (!std::isfinite(sample.radiance_rgb[channel]) || !(stddev >= 0.0) || !std::isfinite(stddev)) {
-    return false;
-  }
+// Of a sample that has a model.
+bool ChannelHasModel(const DiffuseSample& sample, int sky_shapes, bool has_sun, int channel) {
   double response = 0.0;
   double least = has_sun ? sample.sun_transport_rgb[channel] : 0.0;
   if (has_sun) response += sample.sun_transport_rgb[channel];
@@ -38,6 +35,12 @@ bool ChannelIsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun, 
     least = std::min(least, transport);
   }
   return response > 0.0 && least >= 0.0;
+}
+
+bool ChannelIsUsable(const DiffuseSample& sample, int sky_shapes, bool has_sun, int channel) {
+  const double stddev = sample.radiance_stddev_rgb[channel];
+  return std::isfinite(sample.radiance_rgb[channel]) && stddev >= 0.0 && std::isfinite(stddev) &&
+         ChannelHasModel(sample, sky_shapes, has_sun, channel);
 }
 
 // Bit c says that channel c is.
@@ -148,6 +151,8 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
     corner_share[i] = camera.lens_circle.ShareOfCorner(glm::dvec2(sample.pixel) + 0.5);
     for (int c = 0; c < 3; ++c) {
       const bool usable = (order_[i].channels >> c & 1u) != 0;
+      // A clipped channel has light, too, which the others' saturation depends on.
+      const bool has_model = usable || ChannelHasModel(sample, sky_shapes, has_sun, c);
       const std::size_t v = i * 3 + static_cast<std::size_t>(c);
       radiance[v] = usable ? sample.radiance_rgb[c] : 0.0;
       noise[v] = usable ? sample.radiance_stddev_rgb[c] : 0.0;
@@ -155,9 +160,9 @@ void FitProblem::Load(std::span<const DiffuseSample> samples,
       radiance[v] *= factor;
       noise[v] *= factor / (1.0 + removed_exponent);
       weight[v] = usable ? sample.weight : 0.0;
-      if (has_sun) *row++ = usable ? sample.sun_transport_rgb[c] : 0.0;
+      if (has_sun) *row++ = has_model ? sample.sun_transport_rgb[c] : 0.0;
       for (int k = 0; k < sky_shapes; ++k) {
-        *row++ = usable ? sample.sky_transport_rgb[static_cast<std::size_t>(k)][c] : 0.0;
+        *row++ = has_model ? sample.sky_transport_rgb[static_cast<std::size_t>(k)][c] : 0.0;
       }
       row += error_count;
     }
@@ -232,8 +237,8 @@ void FitProblem::SetResponseColumns(std::span<const double> predicted) {
 }
 
 // In the picture's units, which the channels have in common, by the planes' mean albedos: the
-// colours of a pattern that lies beside its place would seem pale. A sample without one of the
-// channels has no grey to compare with.
+// colours of a pattern that lies beside its place would seem pale. A sample without a model
+// of one of the channels has no grey to compare with.
 void FitProblem::SetSaturationColumn(std::span<const double> predicted) {
   if (saturation.place < 0) return;
   const auto columns = static_cast<std::size_t>(ColumnCount());
@@ -244,7 +249,7 @@ void FitProblem::SetSaturationColumn(std::span<const double> predicted) {
     for (std::size_t c = 0; c < 3; ++c) {
       grey += predicted[first + c] * plane_over_own_albedo[first + c] *
               radiance_unit[static_cast<int>(c)] / 3.0;
-      has_all = has_all && weight[first + c] > 0.0;
+      has_all = has_all && predicted[first + c] > 0.0;
     }
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t v = first + c;

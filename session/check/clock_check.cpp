@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -48,6 +49,17 @@ std::string ZoneText(minutes offset) {
   std::string text = fmt::format("UTC{}{}", offset.count() < 0 ? '-' : '+', size / 60);
   if (size % 60 != 0) text += fmt::format(":{:02}", size % 60);
   return text;
+}
+
+// Of whole hours, and of the half ones that are in use.
+minutes NearestZone(minutes offset) {
+  constexpr int kHalfHours[] = {-19, -7, -5, 7, 9, 11, 13, 19, 21};
+  minutes nearest = minutes{60} * std::lround(static_cast<double>(offset.count()) / 60.0);
+  for (const int half_hours : kHalfHours) {
+    const minutes zone{30 * half_hours};
+    if (std::chrono::abs(zone - offset) < std::chrono::abs(nearest - offset)) nearest = zone;
+  }
+  return nearest;
 }
 
 // The camera's clock as if it were UTC. None without a usable time.
@@ -142,6 +154,10 @@ SiteWarnings CheckFrameTimes(const Sequence& sequence) {
     }
     warnings.push_back(std::move(warning));
   };
+  constexpr const char* kTimeHelp =
+      "check the time zone, and the sign of site.longitude_deg (east is positive)";
+  bool all_at_night = true;
+  double highest_sun_rad = -std::numbers::pi;
   constexpr std::size_t kMostLooks = 50;
   const std::size_t stride = std::max<std::size_t>(1, sequence.frames.size() / kMostLooks);
   for (std::size_t i = 0; i < sequence.frames.size(); i += stride) {
@@ -159,23 +175,32 @@ SiteWarnings CheckFrameTimes(const Sequence& sequence) {
                  "time_utc is UTC: local time minus its offset (UTC+2: 2 h less); correct all "
                  "frames, and environment.time_utc, which may have the same error"});
     }
-    const auto exposure_value = ExposureValue(frame);
-    constexpr double kDaylight = 9.0;
-    constexpr double kNightRad = RadFromDeg(-6.0);
-    if (sequence.site && exposure_value && *exposure_value > kDaylight &&
-        !frame.sun_direction_enu) {
-      const double elevation =
-          std::asin(std::clamp(SunOverSite(*sequence.site, frame.time).direction_enu.z, -1.0, 1.0));
-      if (elevation < kNightRad) {
-        warn_once({"a picture by daylight has a time at night",
-                   where,
-                   fmt::format("the exposure is one of daylight (value {:.1f} at ISO 100), and the "
-                               "sun is at {:.1f} deg",
-                               *exposure_value,
-                               DegFromRad(elevation)),
-                   "check the time zone, and the sign of site.longitude_deg (east is positive)"});
-      }
+    if (!sequence.site || frame.sun_direction_enu) {
+      all_at_night = false;
+      continue;
     }
+    const double elevation_rad =
+        std::asin(std::clamp(SunOverSite(*sequence.site, frame.time).direction_enu.z, -1.0, 1.0));
+    highest_sun_rad = std::max(highest_sun_rad, elevation_rad);
+    constexpr double kNightRad = RadFromDeg(-6.0);
+    const auto exposure_value = ExposureValue(frame);
+    all_at_night = all_at_night && elevation_rad < kNightRad && !exposure_value;
+    constexpr double kDaylight = 9.0;
+    if (exposure_value && *exposure_value > kDaylight && elevation_rad < kNightRad) {
+      warn_once({"a picture by daylight has a time at night",
+                 where,
+                 fmt::format("the exposure is one of daylight (value {:.1f} at ISO 100), and the "
+                             "sun is at {:.1f} deg",
+                             *exposure_value,
+                             DegFromRad(elevation_rad)),
+                 kTimeHelp});
+    }
+  }
+  if (all_at_night && !sequence.frames.empty()) {
+    warn_once({"all frames have times at night",
+               "frames[0].time_utc",
+               fmt::format("the sun is at {:.1f} deg at most", DegFromRad(highest_sun_rad)),
+               std::string("if the pictures show day: ") + kTimeHelp});
   }
   return warnings;
 }
@@ -236,7 +261,7 @@ std::vector<std::string> ExplanationsOf(std::span<const SeenSun> suns, const Sit
     if (apart < best_clock_rad) std::tie(best_clock_rad, best_ahead) = std::pair(apart, ahead);
   }
   // A zone is likelier than a clock that is off by anything.
-  const minutes zone = minutes{30} * std::lround(static_cast<double>(best_ahead.count()) / 30.0);
+  const minutes zone = NearestZone(best_ahead);
   constexpr double kLittleWorseRad = RadFromDeg(1.5);
   const double zone_rad = zone == minutes{0} ? 1e9 : with_clock(zone);
   if (zone_rad <= std::max(best_clock_rad + kLittleWorseRad, 2.0 * stddev_rad)) {

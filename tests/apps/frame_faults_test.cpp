@@ -1,9 +1,12 @@
 #include "apps/frame_faults.h"
 
+#include <cmath>
 #include <optional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "sunmodel/angles.h"
 
 namespace pleinair::frame_faults_test {
 namespace {
@@ -68,6 +71,50 @@ TEST(FrameFaults, CountsFramesWithoutSamplesWhereTheLightIsMeasuredInThem) {
   FrameFaults given(false);
   given.Add(FrameUnder(7, Weather::kClear), none);
   EXPECT_THAT(given.Notes(), IsEmpty());
+}
+
+FrameResult UnderSunAt(double elevation_deg) {
+  FrameResult result = Looking(0.0, 0.1, 0.9);
+  const double elevation_rad = RadFromDeg(elevation_deg);
+  result.estimate.lighting.sun.direction_enu = {
+      std::cos(elevation_rad), 0.0, std::sin(elevation_rad)};
+  return result;
+}
+
+// A sequence that ends at night is one; a day's that is all at night has wrong times.
+TEST(FrameFaults, DoubtsTimesThatAreAllAtNight) {
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(0, std::nullopt), UnderSunAt(-76.0));
+  faults.Add(FrameUnder(1, std::nullopt), UnderSunAt(-12.0));
+  EXPECT_THAT(faults.Notes(), ElementsAre(HasSubstr("at least 12 deg below the horizon in all")));
+  faults.Add(FrameUnder(2, std::nullopt), UnderSunAt(-4.0));
+  EXPECT_THAT(faults.Notes(), IsEmpty()) << "dusk";
+  FrameFaults without_sun(true);
+  FrameResult none = Looking(0.9, 0.1, 0.0);
+  none.estimate.lighting.sun.direction_enu = kNoSunDirectionEnu;
+  without_sun.Add(FrameUnder(0, std::nullopt), none);
+  EXPECT_THAT(without_sun.Notes(), IsEmpty()) << "as stated";
+}
+
+TEST(FrameFaults, NamesPicturesThatShowNothingButObjects) {
+  FrameResult result = Looking(0.0, 0.1, 0.9);
+  result.composite.change = Gray8Image(4, 3, 255);
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(2, std::nullopt), result);
+  EXPECT_THAT(faults.Notes(),
+              ElementsAre(HasSubstr("that virtual objects fill completely: 1 (first: 2)")));
+  result.composite.change.At(3, 2) = 128;
+  FrameFaults almost(true);
+  almost.Add(FrameUnder(2, std::nullopt), result);
+  EXPECT_THAT(almost.Notes(), IsEmpty());
+}
+
+TEST(FrameFaults, CountsFramesThatTheBudgetHasNoTimeFor) {
+  FrameResult result = Looking(0.0, 0.1, 0.9);
+  result.plan.fits_budget = false;
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(5, std::nullopt), result);
+  EXPECT_THAT(faults.Notes(), ElementsAre(HasSubstr("longer than the budget: 1 (first: 5)")));
 }
 
 TEST(FrameFaults, SumsPixelsOverTheFramesThatHaveThem) {

@@ -171,6 +171,20 @@ TEST_F(RunFolderTest, RemovesWhatKilledRunsLeftAndNothingElse) {
   EXPECT_TRUE(IsThere("lighting.jsonl"));
 }
 
+// Another one fails before its first frame; a third one can still replace what was left.
+TEST_F(RunFolderTest, WhatAKilledRunLeftStaysARuns) {
+  for (const char* name : {"composite/000000.png", "lighting.jsonl.partial"}) Touch(name);
+  {
+    const FolderLock lock(folder_);
+    RunFolder folder(lock);
+  }
+  EXPECT_TRUE(IsThere("composite/000000.png"));
+  const FolderLock lock(folder_);
+  RunFolder(lock).Finish();
+  EXPECT_FALSE(IsThere("composite/000000.png"));
+  EXPECT_FALSE(IsThere("lighting.jsonl.partial"));
+}
+
 TEST_F(RunFolderTest, EventsAreThereFromTheFirstOneOnAndHaveTheirNameWhenComplete) {
   for (const char* name : {"events.jsonl", "lighting.jsonl"}) Touch(name);
   const FolderLock lock(folder_);

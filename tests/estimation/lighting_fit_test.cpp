@@ -620,6 +620,16 @@ TEST(LightingFit, FindsTheSaturation) {
   EXPECT_NEAR(fit.saturation, 0.25, 3.0 * fit.saturation_stddev);
   EXPECT_LT(fit.saturation_stddev, 0.07);
   EXPECT_LT(WorstRatioError(fit, scene), 0.5 * without);
+  // Red is clipped where it is brightest: the other channels are saturated all the same.
+  std::vector<DiffuseSample> clipped = samples;
+  for (DiffuseSample& sample : clipped) {
+    if (sample.is_lit && sample.plane % 3 == 0) {
+      sample.radiance_stddev_rgb.r = std::numeric_limits<double>::infinity();
+    }
+  }
+  const LightingFit of_clipped = FitLighting(clipped, prior, true);
+  EXPECT_NEAR(of_clipped.saturation, 0.25, 3.0 * of_clipped.saturation_stddev);
+  EXPECT_LT(WorstRatioError(of_clipped, scene), 0.5 * without);
   // Known beforehand, it is taken from what is known.
   prior.camera.saturation = 0.1;
   prior.camera.saturation_stddev = 1e-4;

@@ -84,6 +84,10 @@ TEST(DaylightColours, OfACameraStandAsFarAsTheyAreMeasured) {
       measured.covariance[i * 10] = std::pow(relative_stddev * mean, 2.0);
     }
     const auto drawn = WithDaylightColours(measured);
+    if (drawn) {
+      EXPECT_NEAR(
+          std::sqrt(drawn->covariance[10]) / drawn->sun.irradiance_rgb.g, relative_stddev, 1e-9);
+    }
     return drawn ? drawn->sun.irradiance_rgb.g / measured.sun.irradiance_rgb.g : 1.0;
   };
   EXPECT_EQ(green_raised_by(0.0), 1.0);

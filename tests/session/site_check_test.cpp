@@ -428,6 +428,20 @@ TEST_F(FrameTimes, AreByDayWhereTheExposureIs) {
   EXPECT_THAT(CheckFrameTimes(ReadSequence(folder_.Path())), IsEmpty());
 }
 
+// Nothing states the exposures: one frame by day shows that the others' times may be right.
+TEST_F(FrameTimes, AreNotAllAtNight) {
+  document_["frames"] =
+      json::array({{{"image_ldr", "frames/a.png"}, {"time_utc", "2005-03-21T23:30:00Z"}},
+                   {{"image_ldr", "frames/b.png"}, {"time_utc", "2005-03-22T00:30:00Z"}}});
+  const auto check = [&] {
+    folder_.Write("sequence.json", document_.dump());
+    return CheckFrameTimes(ReadSequence(folder_.Path()));
+  };
+  EXPECT_THAT(check(), Contains(Says("all frames have times at night")));
+  document_["frames"][1]["time_utc"] = "2005-03-22T12:30:00Z";
+  EXPECT_THAT(check(), IsEmpty());
+}
+
 TEST(FrameOrder, TimesIncreaseAndShuttersClose) {
   Sequence sequence;
   for (const int seconds : {0, 10, 20}) {
@@ -538,8 +552,11 @@ std::vector<SeenSun> SunsSeen(std::chrono::minutes clock_ahead, double turned_de
 TEST(ExplanationsOf, TwoFramesSeparateAClockFromANorth) {
   EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::hours(2), 0.0), kBerlin).front(),
               HasSubstr("2 h too late, as local time of UTC+2"));
+  EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(-210), 0.0), kBerlin).front(),
+              HasSubstr("UTC-3:30"));
   EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(-330), 0.0), kBerlin).front(),
-              HasSubstr("UTC-5:30"));
+              HasSubstr("5 h 30 min slow"))
+      << "no such zone";
   EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(44), 0.0), kBerlin).front(),
               HasSubstr("44 min fast"));
   EXPECT_THAT(ExplanationsOf(SunsSeen(std::chrono::minutes(0), 25.0), kBerlin).front(),
