@@ -42,9 +42,10 @@ inline constexpr double kMoreRisePerAirMass = 0.17;
 // Returns `lighting` with corrected colours; none where the limits above hold already. First,
 // channels of the sky are raised to kLeastSkyChannel of the largest one, with that one's shape.
 // Then green of sky and sun is raised to kLeastGreen, but no farther than to the mean of the
-// estimate and usual daylight, weighed by their deviations. So a tint that surveyed surfaces show to be
-// the camera's is kept, down to kLeastGreenOfAnyCamera. Last, channels of sky or sun, whichever needs less, are raised until sky over sun rises
-// as above. A sun below a fiftieth of the sky is not changed.
+// estimate and usual daylight, weighed by their deviations. So a tint that surveyed surfaces show
+// to be the camera's is kept, down to kLeastGreenOfAnyCamera. Last, channels of sky or sun,
+// whichever needs less, are raised until sky over sun rises as above. A sun below a fiftieth of the
+// sky is not changed.
 std::optional<Lighting> WithDaylightColours(const Lighting& lighting);
 
 }  // namespace pleinair
