@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
@@ -28,7 +29,7 @@ struct SunAnswer {
   Atmosphere air;
   SunPosition airless;
   SunPosition apparent;
-  double air_mass = 0.0;
+  std::optional<double> air_mass;  // None below the horizon.
   ClearSkyIrradiance clear_sky;
   SolarDay day;
 };
@@ -47,7 +48,7 @@ SunAnswer Answer(const SunCommandOptions& options) {
   answer.apparent = answer.airless;
   answer.apparent.direction_enu = ApparentDirection(answer.airless.direction_enu, answer.air);
   const double elevation_rad = answer.apparent.ElevationRad();
-  answer.air_mass = RelativeAirMass(elevation_rad);
+  if (elevation_rad >= 0.0) answer.air_mass = RelativeAirMass(elevation_rad);
   ClearSkyConditions conditions;
   conditions.sun_distance_au = answer.airless.distance_au;
   answer.clear_sky = ComputeClearSky(answer.site, elevation_rad, conditions);
@@ -88,7 +89,7 @@ std::string JsonText(const SunAnswer& answer) {
   json["distance_au"] = answer.airless.distance_au;
   json["pressure_hpa"] = answer.air.pressure_hpa;
   json["temperature_c"] = answer.air.temperature_c;
-  json["air_mass"] = answer.air_mass;
+  json["air_mass"] = answer.air_mass ? Json(*answer.air_mass) : Json(nullptr);
   json["clear_sky_beam_w_m2_rgb"] = JsonFrom(answer.clear_sky.beam_rgb);
   json["clear_sky_diffuse_w_m2_rgb"] = JsonFrom(answer.clear_sky.diffuse_rgb);
   json["sunrise_utc"] = JsonFrom(answer.day.sunrise);
@@ -171,7 +172,7 @@ std::string TableText(const SunAnswer& answer) {
             "%.2f hPa, %.2f C",
             answer.air.pressure_hpa,
             answer.air.temperature_c);
-  table.Row("air mass", "1 at the zenith", "%.4f", answer.air_mass);
+  if (answer.air_mass) table.Row("air mass", "1 at the zenith", "%.4f", *answer.air_mass);
   table.Row("clear-sky beam",
             "red, green, blue; normal to the beam",
             "%s",

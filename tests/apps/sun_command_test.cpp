@@ -55,6 +55,12 @@ TEST(SunCommand, AnswersThePublishedExample) {
   EXPECT_FALSE(json.contains("warning"));
 }
 
+TEST(SunCommand, HasNoAirMassAtNight) {
+  SunCommandOptions night = Golden();
+  night.time = "2003-10-17T07:30:30Z";
+  EXPECT_TRUE(JsonOf(night).at("air_mass").is_null());
+}
+
 TEST(SunCommand, GivesDirectionsThatFitTheAngles) {
   const nlohmann::json json = JsonOf(Golden());
   const auto airless = json.at("direction_enu").get<std::vector<double>>();
