@@ -117,6 +117,7 @@ TEST_F(RunRefusals, KeepsEarlierResultsUntilItBegins) {
   const std::vector<fs::path> results = {
       options_.out / "lighting.jsonl", folder_ / "live.y4m", folder_ / "light.jsonl"};
   std::vector<std::string> contents;
+  contents.reserve(results.size());
   for (const fs::path& result : results) contents.push_back(ContentOf(result));
   const auto expect_kept = [&] {
     for (std::size_t i = 0; i < results.size(); ++i) {
