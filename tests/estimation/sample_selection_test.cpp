@@ -342,6 +342,7 @@ struct GroundFromAbove {
     std::vector<DiffuseSample> samples;
     set.Measure(view.sun_direction_enu, frame.radiance, frame.unusable, samples);
     std::vector<glm::ivec2> pixels;
+    pixels.reserve(samples.size());
     for (const DiffuseSample& sample : samples) pixels.push_back(sample.pixel);
     return pixels;
   }
