@@ -9,6 +9,7 @@
 #include <glm/exponential.hpp>
 
 #include "estimation/internal/seconds_between.h"
+#include "estimation/light_component.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
@@ -61,20 +62,6 @@ bool HasFiniteValues(const Lighting& lighting) {
   });
 }
 
-std::size_t SideOf(const Lighting& lighting) { return 3 * (1 + lighting.sky.size()); }
-
-// The value of basis light u / 3, channel u % 3: Lighting::covariance's order.
-template <typename MaybeConstLighting>
-auto& Component(MaybeConstLighting& lighting, std::size_t u) {
-  const auto channel = static_cast<int>(u % 3);
-  return u < 3 ? lighting.sun.irradiance_rgb[channel]
-               : lighting.sky[u / 3 - 1].irradiance_rgb[channel];
-}
-
-bool HasCovariance(const Lighting& lighting) {
-  return lighting.covariance.size() == SideOf(lighting) * SideOf(lighting);
-}
-
 // Variance of the sum over the basis lights of factor * irradiance, with the factor `sun` for the
 // sun and `sky` for each shape of the sky.
 double VarianceOf(const Lighting& lighting, int channel, double sun, double sky) {
@@ -114,10 +101,7 @@ void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
     if (!(found[c] > 0.0)) continue;
     const double factor = wanted[c] / found[c];
     Component(lighting, u) *= factor;
-    for (std::size_t v = 0; v < SideOf(lighting) && HasCovariance(lighting); ++v) {
-      lighting.covariance[u * SideOf(lighting) + v] *= factor;
-      lighting.covariance[v * SideOf(lighting) + u] *= factor;
-    }
+    ScaleDeviations(u, factor, lighting);
   }
 }
 

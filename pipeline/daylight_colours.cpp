@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estimation/light_component.h"
 #include "sunmodel/refraction.h"
 
 namespace pleinair {
@@ -52,9 +53,9 @@ double LeastGreen(const Lighting& lighting,
                   const glm::dvec3& rgb,
                   std::size_t first,
                   std::size_t end) {
-  const std::size_t side = 3 * (1 + lighting.sky.size());
+  const std::size_t side = SideOf(lighting);
   const double green = rgb.g / std::sqrt(rgb.r * rgb.b);
-  if (lighting.covariance.size() != side * side || !(green > 0.0) || !std::isfinite(green)) {
+  if (!HasCovariance(lighting) || !(green > 0.0) || !std::isfinite(green)) {
     return kLeastGreen;
   }
   // Derivative of the logarithm.
@@ -107,23 +108,11 @@ void HoldSkyOverSun(const glm::dvec3& to_sun,
   }
 }
 
-double Component(const Lighting& lighting, std::size_t u) {
-  const auto channel = static_cast<int>(u % 3);
-  return u < 3 ? lighting.sun.irradiance_rgb[channel]
-               : lighting.sky[u / 3 - 1].irradiance_rgb[channel];
-}
-
 // What has been made brighter is uncertain by the same share.
 void KeepRelativeDeviations(const Lighting& before, Lighting& lighting) {
-  const std::size_t side = 3 * (1 + lighting.sky.size());
-  if (lighting.covariance.size() != side * side) return;
-  for (std::size_t u = 0; u < side; ++u) {
-    if (!(Component(before, u) > 0.0)) continue;
-    const double factor = Component(lighting, u) / Component(before, u);
-    for (std::size_t v = 0; v < side; ++v) {
-      lighting.covariance[u * side + v] *= factor;
-      lighting.covariance[v * side + u] *= factor;
-    }
+  for (std::size_t u = 0; u < SideOf(lighting); ++u) {
+    const double was = Component(before, u);
+    if (was > 0.0) ScaleDeviations(u, Component(lighting, u) / was, lighting);
   }
 }
 
@@ -144,7 +133,7 @@ std::optional<Lighting> WithDaylightColours(const Lighting& lighting) {
   glm::dvec3 sky = raised;
   glm::dvec3 sun = lighting.sun.irradiance_rgb;
   const GreenLimits least_green{LeastGreen(lighting, sun, 0, 3),
-                                LeastGreen(lighting, given, 3, 3 * (1 + lighting.sky.size()))};
+                                LeastGreen(lighting, given, 3, SideOf(lighting))};
   HoldGreen(least_green.sky, sky);
   HoldSkyOverSun(lighting.sun.direction_enu, least_green, sun, sky);
   if (sky == given && sun == lighting.sun.irradiance_rgb) return std::nullopt;
