@@ -141,6 +141,7 @@ class SampleDraw {
     return followed;
   }
   bool RefusedUnusablePixels() const { return refused_unusable_; }
+  bool LeftOutGrazing() const { return left_out_grazing_; }
 
  private:
   struct Candidate {
@@ -201,6 +202,7 @@ class SampleDraw {
   std::unordered_set<std::size_t> is_taken_;  // Pixels of footprints that are kept.
   bool some_measured_ = false;
   bool refused_unusable_ = false;
+  bool left_out_grazing_ = false;
 
   // Pixels to each side of the centre.
   int RadiusAt(std::size_t pixel) const {
@@ -211,7 +213,7 @@ class SampleDraw {
     return std::max(1, static_cast<int>(std::ceil(radius)));
   }
 
-  bool IsCandidate(std::size_t pixel) const {
+  bool IsCandidate(std::size_t pixel) {
     if (view_.may_be_sampled.pixels[pixel] == 0 || view_.region.pixels[pixel] < 0) return false;
     const float corner = static_cast<float>(RadiusAt(pixel)) * std::numbers::sqrt2_v<float>;
     if (!(view_.edge_distance_px.pixels[pixel] > corner + kEdgeMarginPx)) return false;
@@ -223,9 +225,11 @@ class SampleDraw {
     const float visibility = SunVisibilityAt(pixel);
     if (visibility <= kFullyShaded) return true;
     const double cosine = glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_);
+    if (visibility >= kFullyLit && cosine <= 0.0) return true;
+    if (cosine >= kLeastSunCosine) return visibility >= kFullyLit;
     // Of a sun that rises, too, a part of which is seen from everywhere.
-    if (takes_grazing_ && cosine < kLeastSunCosine) return true;
-    return visibility >= kFullyLit && (cosine <= 0.0 || cosine >= kLeastSunCosine);
+    left_out_grazing_ = left_out_grazing_ || !takes_grazing_;
+    return takes_grazing_;
   }
 
   JudgedSun JudgedAt(std::size_t pixel) const {
@@ -524,18 +528,15 @@ void SampleSet::Refill(const SurfaceView& view,
   CheckInput(view, radiance, unusable, options);
   width_ = view.Width();
   height_ = view.Height();
-  takes_grazing_ = false;
-  const auto draw = [&] {
-    SampleDraw draw_now(view, sun_direction_enu, radiance, unusable, takes_grazing_, options);
-    footprints_ = draw_now.Run(std::move(footprints_));
-    short_of_usable_pixels_ = Size() < options.samples && draw_now.RefusedUnusablePixels();
-  };
-  draw();
-  // A few places in a mast's shadow are not enough.
-  constexpr int kEnoughShare = 10;
-  if (Size() * kEnoughShare >= options.samples) return;
-  takes_grazing_ = true;
-  draw();
+  for (const bool takes_grazing : {false, true}) {
+    takes_grazing_ = takes_grazing;
+    SampleDraw draw(view, sun_direction_enu, radiance, unusable, takes_grazing, options);
+    footprints_ = draw.Run(std::move(footprints_));
+    short_of_usable_pixels_ = Size() < options.samples && draw.RefusedUnusablePixels();
+    // A few places in a mast's shadow are not enough.
+    constexpr int kEnoughShare = 10;
+    if (!draw.LeftOutGrazing() || Size() * kEnoughShare >= options.samples) return;
+  }
 }
 
 // Footprints are strewn over the picture: reading them is waiting for memory.

@@ -167,8 +167,8 @@ TEST(SampleSelection, LeavesOutWhatGrazesTheSunAndHalfShadows) {
   }
 }
 
-// Flat ground under a low sun: all of it grazes, whole or as it rises. With a wall beside it, the
-// ground is left out again, once the set has been drawn anew.
+// Flat ground under a low sun: all of it grazes, whole or as it rises. With a wall beside it,
+// the next draw leaves the ground out.
 TEST(SampleSelection, TakesWhatGrazesTheSunWhereThereIsNothingElse) {
   const SyntheticPicture picture;
   for (const float visibility : {1.0f, 0.5f}) {
