@@ -13,31 +13,12 @@ namespace {
 // Calls `loops` with the number of a sample's columns as its template argument.
 template <class Loops>
 void WithColumns(int column_count, Loops&& loops) {
-  switch (column_count) {
-    case 1:
-      return loops.template operator()<1>();
-    case 2:
-      return loops.template operator()<2>();
-    case 3:
-      return loops.template operator()<3>();
-    case 4:
-      return loops.template operator()<4>();
-    case 5:
-      return loops.template operator()<5>();
-    case 6:
-      return loops.template operator()<6>();
-    case 7:
-      return loops.template operator()<7>();
-    case 8:
-      return loops.template operator()<8>();
-    case 9:
-      return loops.template operator()<9>();
-    case 10:
-      return loops.template operator()<10>();
-    default:
-      static_assert(kMaxColumns == 11);
-      return loops.template operator()<11>();
+  [&]<int... k>(std::integer_sequence<int, k...>) {
+    const bool is_done =
+        ((column_count == k + 1 && (loops.template operator()<k + 1>(), true)) || ...);
+    static_cast<void>(is_done);
   }
+  (std::make_integer_sequence<int, kMaxColumns>());
 }
 
 }  // namespace
