@@ -15,13 +15,13 @@ namespace {
 // The stated weather's probability below which the picture contradicts it. The other weathers start
 // with a hundredth of theirs: the picture is then evidence of 1000 to 1.
 constexpr double kContradictingShare = 0.1;
-// Below, the sky's light is less than a hundredth of the day's.
+// The end of civil twilight: below, the sky's light is less than a thousandth of the day's.
 constexpr double kNightRad = RadFromDeg(-6.0);
 
 bool IsFilledByObjects(const Gray8Image& change) {
   constexpr std::uint8_t kCovered = static_cast<std::uint8_t>(PixelChange::kCovered);
-  return !change.Empty() && std::ranges::count(change.pixels, kCovered) ==
-                                static_cast<std::ptrdiff_t>(change.pixels.size());
+  return !change.Empty() &&
+         std::ranges::all_of(change.pixels, [](std::uint8_t pixel) { return pixel == kCovered; });
 }
 
 }  // namespace

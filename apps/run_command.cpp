@@ -121,9 +121,9 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
 void RunRecorded(const RunCommandOptions& options) {
   RunTargets targets(options);
   const bool is_at_site = !options.input.empty();
-  const auto loaded = is_at_site ? LoadSite(options,
-                                            FirstPictureTime(options.input, options.times),
-                                            ProgressOnStandardError())
+  std::optional<UtcTime> first_time;
+  if (is_at_site) first_time = FirstPictureTime(options.input, options.times);
+  const auto loaded = is_at_site ? LoadSite(options, *first_time, ProgressOnStandardError())
                                  : LoadSequence(options, ProgressOnStandardError());
   const Sequence& sequence = loaded->sequence;
   std::optional<SequenceSession> session;
@@ -134,7 +134,7 @@ void RunRecorded(const RunCommandOptions& options) {
           "{}: taken at {}, as the video states; a program that converted it may have "
           "stated its own time, and the sun would be elsewhere (see --start-time)",
           options.input,
-          FormatUtcTime(FirstPictureTime(options.input, options.times)));
+          FormatUtcTime(*first_time));
     }
     auto frames =
         PosedFramesAt(*loaded, options.input, options.times, options, [](const std::string& note) {

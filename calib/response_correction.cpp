@@ -37,8 +37,7 @@ glm::dvec3 Saturated(const glm::dvec3& rgb, double saturation) {
 }
 
 glm::dvec3 Desaturated(const glm::dvec3& rgb, double saturation) {
-  const glm::dvec3 grey((rgb.x + rgb.y + rgb.z) / 3.0);
-  return grey + (rgb - grey) / (1.0 + saturation);
+  return Saturated(rgb, 1.0 / (1.0 + saturation) - 1.0);
 }
 
 bool ResponseCorrection::IsNone() const {

@@ -18,9 +18,9 @@ inline constexpr double kLeastSkyChannel = 0.25;
 // any, is larger.
 inline constexpr double kLeastGreen = 0.75;
 
-// Half-way between a black body at 4000 K and at 10,000 K. A camera whose white balance nobody set
-// is off by a logarithm of 0.15: its green by 0.12 over red's and blue's, which are off by 0.12,
-// too. So a magenta light beyond kLeastGreen may be the camera's colour of daylight.
+// Half-way between a black body at 4000 K and at 10,000 K. Where nobody set the white balance, each
+// channel's gain is assumed to be off by a logarithm of 0.12, and this ratio by sqrt(1.5) times
+// that. So a magenta light beyond kLeastGreen may be the camera's colour of daylight.
 inline constexpr double kUsualGreen = 0.98;
 inline constexpr double kGreenLogStddev = 0.15;
 // Four and a half deviations below.

@@ -294,7 +294,7 @@ void MeasureClearBeam(const SurveyMap& map, const Gray8Image& shows_sky, SurveyL
   const glm::dvec3 standard = beam_to_diffuse(kStandardAerosolDepth500nm);
   if (!(std::min({standard.x, standard.y, standard.z}) > 0.0)) return;  // On the horizon.
   // A low sun's beam would follow the haze by any factor, though that is not known so well. This is
-  // 1.4 of the deviations that the beam is stated with.
+  // less than one of the deviations that the beam is stated with (0.55 in the logarithm).
   constexpr double kMostByHaze = 1.6;
   const glm::dvec3 by_haze =
       glm::clamp(glm::pow(beam_to_diffuse(clear->aerosol_optical_depth_500nm) / standard,
