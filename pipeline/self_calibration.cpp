@@ -130,7 +130,7 @@ class SelfCalibrator {
     for (std::size_t k = 0; k < shapes_.size(); ++k) {
       const SkyShapeKind kind = options_.sky_shapes[k];
       if (shapes_[k] == nullptr || TurnsWithTheSun(kind)) {
-        shapes_[k] = MakeSkyShape(kind, sun.direction_enu);
+        shapes_[k] = MakeSkyShape(kind, sun.direction_enu, scene_.aerosol_optical_depth_500nm);
       }
     }
     SurfaceView view = builder.Update(

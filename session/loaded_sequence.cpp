@@ -168,13 +168,18 @@ void Prepare(const SessionOptions& options, const Progress& progress, LoadedSequ
   const PrepareOptions prepare = PrepareOptionsFor(loaded.site, options.prepare);
   if (options.store) {
     loaded.scene = PrepareScene(loaded.site.model, prepare, *options.store, progress);
-    return;
+  } else {
+    FileBlobStore files(options.cache);
+    loaded.scene = PrepareScene(loaded.site.model, prepare, files, progress);
+    if (!files.SaveFailure().empty()) {
+      loaded.site.notes.push_back("this site will be prepared again by the next run: " +
+                                  files.SaveFailure());
+    }
   }
-  FileBlobStore files(options.cache);
-  loaded.scene = PrepareScene(loaded.site.model, prepare, files, progress);
-  if (files.SaveFailure().empty()) return;
-  loaded.site.notes.push_back("this site will be prepared again by the next run: " +
-                              files.SaveFailure());
+  if (!options.haze) return;
+  loaded.scene.aerosol_optical_depth_500nm = *options.haze;
+  loaded.site.notes.push_back(fmt::format(
+      "clear skies are bright around the sun by the stated haze: {:.2f} at 500 nm", *options.haze));
 }
 
 // Throws std::runtime_error where a frame's pictures, transport and composite do not fit. A note

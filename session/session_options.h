@@ -64,8 +64,10 @@ struct SessionOptions {
   // lights it.
   std::optional<SkyRegions> sky_regions;
 
-  OutdoorLightingOptions
-      light;  // Its haze is the survey's. Samples and seed are also used for a fish-eye.
+  // Haze of the clear sky's shape: aerosol optical depth at 500 nm. None: the survey map's own, or
+  // the standard clear day's. Not for a fish-eye, which sees the sky.
+  std::optional<double> haze;
+  OutdoorLightingOptions light;  // Without its haze. Samples and seed are also used for a fish-eye.
   SelfCalibrationOptions calibration;  // Its seed and sky shapes are those of `light`.
   PrepareSettings prepare;
   // PipelineOptionsFor sets what depends on the sequence: display, windows, camera noise, and the

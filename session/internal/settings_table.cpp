@@ -209,6 +209,12 @@ void AddLight(std::vector<Setting>& settings) {
                                    [](Options & o) -> auto& { return o.light.fit.solver; },
                                    {{"ceres", Solver::kCeres}, {"closed", Solver::kClosed}}));
   settings.push_back(SkyShapesSetting());
+  settings.push_back(NumberSetting(
+      "haze",
+      "how much brighter a clear sky is around the sun: its aerosol optical depth at 500 nm",
+      Between(0.0, 5.0),
+      [](Options & o) -> auto& { return o.haze; },
+      "the survey map's own, else 0.084"));
   settings.push_back(FilterSetting());
   settings.push_back(NumberSetting(
       "calibration.frames", "frames that self-calibration takes albedos from", Between(1, 100000), [

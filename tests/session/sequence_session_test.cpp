@@ -22,6 +22,7 @@
 namespace pleinair::sequence_session_test {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 
 SessionOptions CoarseOptions() {
@@ -200,6 +201,23 @@ TEST(LoadedSequence, FramesThatDoNotFitIntoMemoryAreRefusedFirst) {
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("frames of 65536x65536 pixels may take 1040.0 GiB"));
   }
+}
+
+// The clear sky is then less bright around the sun.
+TEST_F(SequenceSessionTest, AStatedHazeIsUsed) {
+  SessionOptions options = CoarseOptions();
+  options.haze = 0.01;
+  const auto hazy_as_stated = LoadSequence(options);
+  EXPECT_EQ(hazy_as_stated->scene.aerosol_optical_depth_500nm, 0.01);
+  EXPECT_THAT(hazy_as_stated->site.notes,
+              Contains(HasSubstr("by the stated haze: 0.01 at 500 nm")));
+  const auto light = [](std::shared_ptr<const LoadedSequence> sequence) {
+    SequenceSession session(std::move(sequence), CoarseOptions());
+    const auto step = session.Next();
+    EXPECT_TRUE(step && step->result);
+    return step->result->estimate.lighting.SkyIrradianceRgb();
+  };
+  EXPECT_NE(light(hazy_as_stated), light(loaded));
 }
 
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {

@@ -62,6 +62,7 @@ TEST(Settings, ReachTheFieldsThatTheyAreNamedAfter) {
   ApplySetting("light.samples = 77", options);
   ApplySetting("light.fit.loss=huber", options);
   ApplySetting("light.sky_shapes=overcast,uniform", options);
+  ApplySetting("haze=0.2", options);
   ApplySetting("prepare.bounces=all", options);
   ApplySetting("prepare.patch_size_m=0.75", options);
   ApplySetting("prepare.probe_counts=2x3x4", options);
@@ -74,6 +75,7 @@ TEST(Settings, ReachTheFieldsThatTheyAreNamedAfter) {
   EXPECT_EQ(options.light.fit.loss, LightingFitOptions::Loss::kHuber);
   EXPECT_THAT(options.light.sky_shapes,
               testing::ElementsAre(SkyShapeKind::kOvercast, SkyShapeKind::kUniform));
+  EXPECT_EQ(options.haze, 0.2);
   EXPECT_EQ(options.prepare.bounces, kAllBounces);
   EXPECT_EQ(options.prepare.patch_size_m, 0.75);
   EXPECT_EQ(options.prepare.probe_counts, glm::ivec3(2, 3, 4));
