@@ -38,7 +38,11 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
   }
   not_finite_.Add(frame.defects.not_finite);
   clamped_.Add(result.clamped_pixels);
-  frames_without_colour_ += result.drawn_lighting ? 1 : 0;
+  if (result.is_drawn_without_sun) {
+    without_sun_.Add(frame.index);
+  } else if (result.drawn_lighting) {
+    ++frames_without_colour_;
+  }
   ++frames_;
   AddNight(result.estimate.lighting.sun);
   if (IsFilledByObjects(result.composite.change)) filled_.Add(frame.index);
@@ -93,6 +97,9 @@ std::vector<std::string> FrameFaults::Notes() const {
         "sunlight; where the pictures show day, time_utc (is it UTC?) or the site is wrong",
         -DegFromRad(highest_sun_at_night_rad_)));
   }
+  add_frames("drawn without a sun, as they show neither sun nor shade",
+             without_sun_,
+             "--weather clear states that the sun shone");
   add_frames("that virtual objects fill completely",
              filled_,
              "the camera is inside an object, or close to it");

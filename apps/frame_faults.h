@@ -15,8 +15,8 @@ namespace pleinair {
 
 // Counts frames by fault: pixels that composites could not be made from unchanged, nothing to
 // measure light on, surfaces that differ from the model, a stated weather that the picture
-// contradicts, a light without a colour that daylight has, a time at night, nothing but virtual
-// objects in the picture, more effects than the budget has time for.
+// contradicts, a light without a colour that daylight has, no sign of sun or shade, a time at
+// night, nothing but virtual objects in the picture, more effects than the budget has time for.
 class FrameFaults {
  public:
   // `is_measured_in_pictures`: whether the light is that of the frames' own surfaces.
@@ -56,6 +56,7 @@ class FrameFaults {
   int frames_ = 0;
   int frames_at_night_ = 0;
   double highest_sun_at_night_rad_ = -std::numbers::pi;
+  FrameCount without_sun_;
   FrameCount filled_;
   FrameCount beyond_budget_;
 };

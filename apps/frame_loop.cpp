@@ -184,7 +184,9 @@ std::optional<FinishedFrame> FrameLoop::Next() {
   finished.shown = run_.Show(finished.step);
   if (!frame.codes) finished.input = run_.Display().Show(frame.radiance, frame.exposure);
   const Lighting& lighting = result.estimate.lighting;
-  if (options_.write_environment) finished.environment = run_.EnvironmentOf(lighting);
+  if (options_.write_environment) {
+    finished.environment = run_.EnvironmentOf(result.DrawnLighting());
+  }
   finished.sky = run_.SkyImageOf(lighting);
   NoteUnits(result.estimate.units, notes_);
   if (result.estimate.sun_elsewhere_enu && !checks_->is_sun_elsewhere_noted) {

@@ -30,10 +30,13 @@ std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
   return any_linear && any_8_bit ? "linear and 8-bit" : any_linear ? "linear" : "8-bit";
 }
 
-std::string HowSunIsKnown(const LightingEstimate& estimate) {
+std::string HowSunIsKnown(const FrameLight& light_of_frame) {
+  const LightingEstimate& estimate = light_of_frame.estimate;
   if (!LightIsKnown(estimate.lighting)) {
-    return " (hardly known: the picture shows neither sun nor shade; earlier light and weather "
-           "answer)";
+    return std::string(
+               " (hardly known: the picture shows neither sun nor shade; earlier light and "
+               "weather answer") +
+           (light_of_frame.is_drawn_without_sun ? "; drawn without a sun)" : ")");
   }
   if (estimate.sun_observable) return {};
   const DirectionalLight& light = estimate.lighting.sun;
@@ -93,7 +96,7 @@ void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frame
                          : std::string(),
                (sun.x + sun.y + sun.z) / 3.0,
                (sky.x + sky.y + sky.z) / 3.0,
-               HowSunIsKnown(estimate));
+               HowSunIsKnown(*finished.step.result));
 }
 
 std::string TitleOf(const Sequence& sequence) { return "pleinair: " + sequence.NameOrFolder(); }

@@ -106,9 +106,7 @@ tl::expected<FrameResult, FrameError> FramePipeline::Process(
     result.timing_ms.estimate = watch.LapMs() - result.estimate.new_sample_set_ms;
     result.timing_ms.transport += result.estimate.new_sample_set_ms;
 
-    if (options_.daylight_colours) {
-      result.drawn_lighting = WithDaylightColours(result.estimate.lighting);
-    }
+    ChooseDrawnLight(result);
     Draw(frame, result);
     return result;
   } catch (const std::exception& error) {
@@ -151,8 +149,7 @@ std::optional<ViewPart> FramePipeline::PartLookedAt(const Frame& frame) {
 void FramePipeline::Draw(const Frame& frame, FrameResult& result) {
   const DirectionalLight transport_sun = LightOf(transport_.value().sun);
   const DirectionalLight bounce_sun = LightOf(transport_.value().bounces);
-  const Lighting& lighting =
-      result.drawn_lighting ? *result.drawn_lighting : result.estimate.lighting;
+  const Lighting& lighting = result.DrawnLighting();
   const StageTimes before = result.timing_ms;
   static_cast<RenderedFrame&>(result) = effects_->Render({frame,
                                                           result.estimate.response,
@@ -248,6 +245,14 @@ void FramePipeline::FilterEstimate(FrameResult& result) {
   result.estimate.lighting = std::move(filtered.lighting);
   result.sun_filter = filtered.sun;
   result.sky_filter = filtered.sky;
+}
+
+void FramePipeline::ChooseDrawnLight(FrameLight& light) {
+  light.drawn_lighting = unproven_sun_.Without(light.estimate);
+  light.is_drawn_without_sun = light.drawn_lighting.has_value();
+  if (!options_.daylight_colours) return;
+  auto coloured = WithDaylightColours(light.DrawnLighting());
+  if (coloured) light.drawn_lighting = std::move(coloured);
 }
 
 }  // namespace pleinair

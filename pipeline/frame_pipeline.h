@@ -24,6 +24,7 @@
 #include "pipeline/frame_view.h"
 #include "pipeline/motion_blur_options.h"
 #include "pipeline/sun_state.h"
+#include "pipeline/unproven_sun.h"
 #include "relight/prepared_scene.h"
 #include "relight/surface_view_builder.h"
 #include "relight/volume/environment_view.h"
@@ -127,6 +128,11 @@ struct FrameLight {
   FilterSpan sun_filter;
   FilterSpan sky_filter;
   std::optional<Lighting> drawn_lighting;  // Where it differs from the estimate's.
+  bool is_drawn_without_sun = false;       // See UnprovenSun.
+
+  const Lighting& DrawnLighting() const {
+    return drawn_lighting ? *drawn_lighting : estimate.lighting;
+  }
 };
 
 // Everything that Process returns for a frame.
@@ -202,6 +208,7 @@ class FramePipeline {
   // The pixels of a new view that the frame will look at; none: any.
   std::optional<ViewPart> PartLookedAt(const Frame& frame);
   void FilterEstimate(FrameResult& result);
+  void ChooseDrawnLight(FrameLight& light);
 
   const PreparedScene& scene_;
   std::optional<Site> site_;
@@ -209,6 +216,7 @@ class FramePipeline {
   PosedObjects objects_;
   std::unique_ptr<LightingSource> source_;
   std::optional<LightingFilter> filter_;
+  UnprovenSun unproven_sun_;
   FramePipelineOptions options_;
   ScaledClearSky clear_sky_;
   SurfaceViewBuilder view_builder_;

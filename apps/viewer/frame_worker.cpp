@@ -305,7 +305,7 @@ class FrameWorker::Viewing {
     }
     if (request.is_dragging || !(request.wants_environment || request.wants_probes)) return;
     const SequenceSession::Environment light =
-        session_->EnvironmentOf(step.result->estimate.lighting);
+        session_->EnvironmentOf(step.result->DrawnLighting());
     const std::optional<double> exposure = step.frame->exposure;
     if (request.wants_environment) {
       frame.environment = session_->Display().Show(light.with_sun, exposure);

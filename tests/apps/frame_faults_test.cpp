@@ -42,6 +42,18 @@ TEST(FrameFaults, NamesTheWeatherThatContradictsTheStatedOne) {
                   "frames that look overcast, against the stated weather: 2 (first: 4)")));
 }
 
+TEST(FrameFaults, CountsFramesWithoutASignOfSunOrShade) {
+  FrameResult unsure = Looking(0.25, 0.45, 0.3);
+  unsure.drawn_lighting.emplace();
+  unsure.is_drawn_without_sun = true;
+  FrameFaults faults(true);
+  faults.Add(FrameUnder(0, std::nullopt), Looking(0.0, 0.1, 0.9));
+  faults.Add(FrameUnder(1, std::nullopt), unsure);
+  EXPECT_THAT(faults.Notes(),
+              ElementsAre(HasSubstr("drawn without a sun, as they show neither sun "
+                                    "nor shade: 1 (first: 1); --weather clear")));
+}
+
 TEST(FrameFaults, DoubtsNoWeatherThatMayBeOrThatNobodyStated) {
   FrameFaults faults(true);
   faults.Add(FrameUnder(0, Weather::kClear), Looking(0.7, 0.1, 0.2));

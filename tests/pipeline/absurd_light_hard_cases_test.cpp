@@ -110,6 +110,55 @@ TEST_F(AbsurdLight, ShadowsKeepTheirHue) {
   EXPECT_FALSE(Process(frame, glm::dvec3(400.0), glm::dvec3(100.0), box).drawn_lighting);
 }
 
+// Open ground, and light of which only the sum on the ground is known. The object has no hard
+// shadow unless the sun is likely.
+TEST_F(AbsurdLight, ASunThatNothingShowsCastsNoHardShadow) {
+  class OnlyTheSumIsKnown final : public StillLight {
+   public:
+    explicit OnlyTheSumIsKnown(double clear) : clear_(clear) {}
+    tl::expected<LightingEstimate, LightingFailure> Estimate(
+        const LightingObservation& observation) override {
+      LightingEstimate estimate = StillLight::Estimate(observation).value();
+      constexpr double kSunStddev = 350.0;
+      const double by_sun[] = {1.0, -observation.sun.direction_enu.z};
+      std::vector<double>& covariance = estimate.lighting.covariance;
+      for (std::size_t u = 0; u < 6; ++u) {
+        for (std::size_t v = 0; v < 6; ++v) {
+          covariance.push_back(
+              u % 3 == v % 3 ? kSunStddev * kSunStddev * by_sun[u / 3] * by_sun[v / 3] : 0.0);
+        }
+      }
+      estimate.weather_shares = {1.0 - clear_, 0.0, clear_};
+      return estimate;
+    }
+
+   private:
+    double clear_;
+  };
+  const VirtualObject box = BoxObject({-0.6f, -0.6f, 0.0f}, {0.6f, 0.6f, 0.9f}, kWhite);
+  const Frame frame = stage_.MakeFrame();
+  const auto dark_pixels = [&](double clear) {
+    const FrameResult result = stage_.Process(frame,
+                                              std::make_unique<OnlyTheSumIsKnown>(clear),
+                                              box,
+                                              GroundStage::QuickOptions(),
+                                              compositor_);
+    EXPECT_EQ(result.is_drawn_without_sun, clear < 0.6);
+    EXPECT_EQ(result.estimate.lighting.sun.irradiance_rgb, glm::dvec3(StillLight::kSun));
+    int dark = 0;
+    for (std::size_t i = 0; i < frame.radiance.pixels.size(); ++i) {
+      const bool is_ground =
+          result.composite.change.pixels[i] == static_cast<std::uint8_t>(PixelChange::kScaled);
+      dark +=
+          is_ground && result.composite.radiance.pixels[i].g < 0.4f * frame.radiance.pixels[i].g;
+    }
+    return dark;
+  };
+  // Sky alone is dark only in the corner at the box's foot. In the shade, a quarter is left.
+  EXPECT_LT(dark_pixels(0.5), 10);
+  EXPECT_GT(dark_pixels(0.7), 100);
+}
+
 // Half of the ground lies in a real shadow whose caster the mesh lacks, from as dark as the model
 // has shade to half as bright again, on ground that is patchy by a tenth: the object's shadow takes
 // no sun from where there is none, and all of it beside.
