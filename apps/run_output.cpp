@@ -114,6 +114,7 @@ void RunOutput::AddDone(FinishedFrame finished) {
   }
   reported.lighting = result.estimate.lighting;
   reported.estimate = std::move(result.estimate);
+  reported.is_drawn_without_sun = result.is_drawn_without_sun;
   reported.timing_ms = result.timing_ms;
   reported.latency_ms = finished.latency_ms;
   reported.plan = result.plan;

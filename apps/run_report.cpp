@@ -221,9 +221,10 @@ std::string FrameSection(const RunReport& report, const ReportFrame& frame) {
       frame.estimate.samples_used,
       100.0 * frame.estimate.inlier_fraction,
       100.0 * frame.estimate.relative_residual,
-      !LightIsKnown(frame.estimate.lighting) ? " (sun and sky hardly known)"
-      : ModelMismatch(frame.estimate)        ? " (picture and model do not fit)"
-                                             : "",
+      frame.is_drawn_without_sun               ? " (sun and sky hardly known: drawn without a sun)"
+      : !LightIsKnown(frame.estimate.lighting) ? " (sun and sky hardly known)"
+      : ModelMismatch(frame.estimate)          ? " (picture and model do not fit)"
+                                               : "",
       LeftOut(frame.plan));
   const auto add = [&](const std::string& caption, const std::optional<SetAside::Place>& picture) {
     if (picture) html += Figure(caption, report.Jpeg(*picture));

@@ -33,7 +33,8 @@ struct ReportFrame {
   std::optional<SetAside::Place> truth;
   std::optional<SetAside::Place> difference;  // Composite less truth, kDifferenceGain times.
   Lighting lighting;
-  LightingEstimate estimate;  // Its lighting is the one above.
+  LightingEstimate estimate;          // Its lighting is the one above.
+  bool is_drawn_without_sun = false;  // FrameLight's.
   StageTimes timing_ms;
   std::optional<double> latency_ms;  // None: not a live frame.
   EffectPlan plan;

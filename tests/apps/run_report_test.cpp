@@ -110,6 +110,20 @@ TEST(RunReport, ShowsEachFrameItsOwnPictures) {
   }
 }
 
+TEST(RunReport, SaysWhichFramesAreDrawnWithoutASun) {
+  const TemporaryFolder folder;
+  RunReport report(folder.Path());
+  report.Add(FrameOf(0));
+  ReportFrame unsure = FrameOf(1);
+  unsure.is_drawn_without_sun = true;
+  report.Add(std::move(unsure));
+  WriteRunReport(folder.Path() / "report.html", report);
+  const std::string page = ContentOf(folder.Path() / "report.html");
+  const std::string words = "drawn without a sun";
+  EXPECT_NE(page.find(words), std::string::npos);
+  EXPECT_EQ(page.find(words), page.rfind(words)) << "of one of the two frames";
+}
+
 TEST(RunReport, ItsTotalsAreOfAllFrames) {
   const TemporaryFolder folder;
   const ReportTotals totals = LongReport(folder).totals;

@@ -207,17 +207,15 @@ TEST(LoadedSequence, FramesThatDoNotFitIntoMemoryAreRefusedFirst) {
 TEST_F(SequenceSessionTest, AStatedHazeIsUsed) {
   SessionOptions options = CoarseOptions();
   options.haze = 0.01;
-  const auto hazy_as_stated = LoadSequence(options);
-  EXPECT_EQ(hazy_as_stated->scene.aerosol_optical_depth_500nm, 0.01);
-  EXPECT_THAT(hazy_as_stated->site.notes,
-              Contains(HasSubstr("by the stated haze: 0.01 at 500 nm")));
+  const auto stated = LoadSequence(options);
+  EXPECT_EQ(stated->scene.aerosol_optical_depth_500nm, 0.01);
+  EXPECT_THAT(stated->site.notes, Contains(HasSubstr("by the stated haze: 0.01 at 500 nm")));
   const auto light = [](std::shared_ptr<const LoadedSequence> sequence) {
     SequenceSession session(std::move(sequence), CoarseOptions());
     const auto step = session.Next();
-    EXPECT_TRUE(step && step->result);
-    return step->result->estimate.lighting.SkyIrradianceRgb();
+    return step.value().result.value().estimate.lighting.SkyIrradianceRgb();
   };
-  EXPECT_NE(light(hazy_as_stated), light(loaded));
+  EXPECT_NE(light(stated), light(loaded));
 }
 
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
