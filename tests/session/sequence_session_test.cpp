@@ -34,16 +34,16 @@ SessionOptions CoarseOptions() {
 // Prepared once for all tests of the file.
 class SequenceSessionTest : public testing::Test {
  protected:
-  static void SetUpTestSuite() { loaded = LoadSequence(CoarseOptions()); }
-  static void TearDownTestSuite() { loaded.reset(); }
+  static void SetUpTestSuite() { loaded_ = LoadSequence(CoarseOptions()); }
+  static void TearDownTestSuite() { loaded_.reset(); }
 
   static SequenceSession MakeSession(const SessionOptions& options = CoarseOptions()) {
-    return SequenceSession(loaded, options);
+    return SequenceSession(loaded_, options);
   }
 
-  static std::shared_ptr<const LoadedSequence> loaded;
+  static std::shared_ptr<const LoadedSequence> loaded_;
 };
-std::shared_ptr<const LoadedSequence> SequenceSessionTest::loaded;
+std::shared_ptr<const LoadedSequence> SequenceSessionTest::loaded_;
 
 // How far apart two composites are at most, of radiances that are both finite.
 float LargestDifference(const RgbImage& a, const RgbImage& b) {
@@ -76,10 +76,10 @@ TEST_F(SequenceSessionTest, FramesOfAnotherSourceAtASiteAreCompositedAsTheSequen
   ASSERT_TRUE(step && step->result) << step->result.error().reason;
 
   const SessionOptions options = CoarseOptions();
-  const auto site = LoadSite(options, loaded->sequence.frames.front().time);
+  const auto site = LoadSite(options, loaded_->sequence.frames.front().time);
   EXPECT_FALSE(site->sequence.HasPictures());
   SequenceSession at_site(
-      site, options, MakeRecordedFrameSource(loaded->sequence, FrameKind::kLinear));
+      site, options, MakeRecordedFrameSource(loaded_->sequence, FrameKind::kLinear));
   const auto same = at_site.Next();
   ASSERT_TRUE(same && same->result) << same->result.error().reason;
   EXPECT_EQ(LargestDifference(same->result->composite.radiance, step->result->composite.radiance),
@@ -94,7 +94,7 @@ TEST_F(SequenceSessionTest, FramesCanBeTakenOutOfOrder) {
   const auto third = session.Next();
   ASSERT_TRUE(third && third->result) << third->result.error().reason;
   EXPECT_EQ(third->frame->index, 2);
-  EXPECT_EQ(third->frame->time, loaded->sequence.frames[2].time);
+  EXPECT_EQ(third->frame->time, loaded_->sequence.frames[2].time);
   ASSERT_TRUE(session.Seek(0));
   EXPECT_EQ(session.Next()->frame->index, 0);
 }
@@ -102,7 +102,7 @@ TEST_F(SequenceSessionTest, FramesCanBeTakenOutOfOrder) {
 class ObjectsOfASession : public SequenceSessionTest {
  protected:
   ObjectsOfASession()
-      : session_(MakeSession(WithoutMemory())), objects_(loaded->sequence.virtual_objects) {}
+      : session_(MakeSession(WithoutMemory())), objects_(loaded_->sequence.virtual_objects) {}
 
   // A frame's composite is then the same whatever came before.
   SessionOptions WithoutMemory() {
@@ -215,13 +215,13 @@ TEST_F(SequenceSessionTest, AStatedHazeIsUsed) {
     const auto step = session.Next();
     return step.value().result.value().estimate.lighting.SkyIrradianceRgb();
   };
-  EXPECT_NE(light(stated), light(loaded));
+  EXPECT_NE(light(stated), light(loaded_));
 }
 
 TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
   SessionOptions options = CoarseOptions();
   options.frames = FrameKind::kLdr;
-  SequenceSession recorded(loaded, CoarseOptions());
+  SequenceSession recorded(loaded_, CoarseOptions());
   const auto step = recorded.Next();
   ASSERT_TRUE(step && step->result);
   CapturedPicture captured;
@@ -252,8 +252,8 @@ TEST_F(SequenceSessionTest, CodeValuesWithoutAnExposureAreRelative) {
 
 TEST_F(SequenceSessionTest, ACapturedPictureThatCannotBeIsItsOwnErrorAlone) {
   SequenceSession session = MakeSession();
-  const UtcTime time = loaded->sequence.frames.at(0).time;
-  const CameraIntrinsics& camera = loaded->sequence.intrinsics;
+  const UtcTime time = loaded_->sequence.frames.at(0).time;
+  const CameraIntrinsics& camera = loaded_->sequence.intrinsics;
   const auto reason = [&](CapturedPicture captured) {
     captured.time = time;
     const SessionStep step = session.Process(std::move(captured));
@@ -299,7 +299,7 @@ TEST_F(SequenceSessionTest, TheSunsPartMadeAheadGivesTheSameComposites) {
   SequenceSession ahead = MakeSession(options);
   CapturedPicture captured;
   captured.picture = MakeSession().Next()->frame->radiance;
-  const UtcTime start = loaded->sequence.frames.at(0).time;
+  const UtcTime start = loaded_->sequence.frames.at(0).time;
   int frames_of_older_suns = 0;
   int steps = 0;
   double last_age_s = -24.0;
@@ -333,7 +333,7 @@ TEST_F(SequenceSessionTest, TheSunsPartMadeAheadGivesTheSameComposites) {
 
 // Each draws in a context of its own.
 TEST_F(SequenceSessionTest, TwoSessionsTakeTurnsOnOneThread) {
-  auto first = std::make_unique<SequenceSession>(loaded, CoarseOptions());
+  auto first = std::make_unique<SequenceSession>(loaded_, CoarseOptions());
   const auto of_first = first->Next();
   SequenceSession second = MakeSession();
   const auto of_second = second.Next();
