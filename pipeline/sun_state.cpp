@@ -26,6 +26,13 @@ constexpr double kClearGainStddev = 0.05;
 constexpr double kCloudedShare = 0.35;
 constexpr double kCloudedGainStddev = 0.5;
 
+// An overcast sky without place has some sun above it. One of usual height: the colour of clouds
+// hardly depends on it.
+glm::dvec3 SunAboveClouds(const glm::dvec3& sun_direction_enu) {
+  constexpr glm::dvec3 kUsualSunEnu{0.0, -0.8, 0.6};
+  return sun_direction_enu == kNoSunDirectionEnu ? kUsualSunEnu : sun_direction_enu;
+}
+
 }  // namespace
 
 SunState SunOverSite(const Site& site, UtcTime time) {
@@ -56,7 +63,8 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
 ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey)
     : site_(site.value_or(Site{})) {
   if (survey == nullptr) return;
-  const ClearSkyIrradiance model = Model(survey->sun_direction_enu);
+  const glm::dvec3 sun = SunAboveClouds(survey->sun_direction_enu);
+  const ClearSkyIrradiance model = Model(sun);
   if (std::min({model.beam_rgb.x, model.beam_rgb.y, model.beam_rgb.z}) <= 0.0) return;
   const glm::dvec3 diffuse_scale = survey->sky_irradiance_rgb / model.diffuse_rgb;
   const glm::dvec3 beam_scale = survey->sun_irradiance_rgb / model.beam_rgb;
@@ -73,7 +81,7 @@ ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLigh
     return;
   }
   // Clouds are as grey as the light above them: no colour of the clear sky is scaled by itself.
-  const double height = std::max(0.0, survey->sun_direction_enu.z);
+  const double height = std::max(0.0, sun.z);
   const double measured = MeanOf(survey->sky_irradiance_rgb);
   const double expected = kCloudedShare * MeanOf(model.diffuse_rgb + height * model.beam_rgb);
   beam_scale_rgb_ = diffuse_scale_rgb_ = glm::dvec3(measured / expected);
@@ -81,11 +89,12 @@ ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLigh
 }
 
 ClearSkyExpectation ScaledClearSky::At(const glm::dvec3& sun_direction_enu) const {
-  const ClearSkyIrradiance model = Model(sun_direction_enu);
+  const glm::dvec3 sun = SunAboveClouds(sun_direction_enu);
+  const ClearSkyIrradiance model = Model(sun);
   ClearSkyExpectation clear_sky;
   clear_sky.beam_rgb = model.beam_rgb * beam_scale_rgb_;
   clear_sky.diffuse_rgb = model.diffuse_rgb * diffuse_scale_rgb_;
-  clear_sky.sine_of_elevation = sun_direction_enu.z;
+  clear_sky.sine_of_elevation = sun.z;
   clear_sky.absolute = absolute_;
   clear_sky.gain_stddev = gain_stddev_;
   return clear_sky;

@@ -31,6 +31,7 @@ class ScaledClearSky {
   // Without a survey, or with one under a sun that was not up, only the model's ratios are used.
   ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey);
 
+  // For kNoSunDirectionEnu, under a sun of usual height: for the colours of clouds.
   ClearSkyExpectation At(const glm::dvec3& sun_direction_enu) const;
 
  private:
