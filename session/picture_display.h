@@ -23,7 +23,7 @@ class PictureDisplay {
   Rgb8Image Show(const RgbImage& radiance, std::optional<double> exposure) const;
 
   // Brighter by `stops` (powers of two). At 0, where the camera delivered code values, unchanged
-  // pixels keep them.
+  // pixels keep them; where it delivered no colour, the composite has none.
   Rgb8Image Show(const Frame& frame, const Composite& composite, double stops = 0.0);
 
  private:
