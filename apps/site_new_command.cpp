@@ -56,16 +56,24 @@ std::string ApplyPlaceAndMesh(const SiteNewOptions& options) {
   return notes;
 }
 
-void ApplyCamera(const SiteNewOptions& options) {
+// Returns lines to print.
+std::string ApplyCamera(const SiteNewOptions& options) {
+  std::string notes;
   if (!options.lens.empty()) SetSiteLens(options.folder, ReadCameraIntrinsics(options.lens));
-  if (!options.camera.empty()) SetSiteCamera(options.folder, options.camera);
+  if (!options.camera.empty() && !SetSiteCamera(options.folder, options.camera)) {
+    notes = "note: " + options.camera + " gives no lens: the site's own, from a file, stays\n";
+  }
   if (!options.pose.empty()) SetSitePose(options.folder, ReadPoseFile(options.pose), std::nullopt);
   RequireBoth(!options.camera_at.empty(), !options.camera_to.empty(), "--camera-at, --camera-to");
-  if (options.camera_at.empty()) return;
-  SetSitePose(options.folder,
-              PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
-                            PointFrom(options.camera_to, "--camera-to")),
-              std::nullopt);
+  if (options.camera_at.empty()) return notes;
+  const bool is_photo = std::filesystem::is_regular_file(options.camera);
+  SetSitePose(
+      options.folder,
+      PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
+                    PointFrom(options.camera_to, "--camera-to"),
+                    is_photo ? std::filesystem::path(options.camera) : std::filesystem::path()),
+      std::nullopt);
+  return notes;
 }
 
 void ApplyLightAndObjects(const SiteNewOptions& options) {
@@ -90,8 +98,7 @@ void ApplyLightAndObjects(const SiteNewOptions& options) {
 
 // Returns lines to print.
 std::string Apply(const SiteNewOptions& options) {
-  std::string notes = ApplyPlaceAndMesh(options);
-  ApplyCamera(options);
+  std::string notes = ApplyPlaceAndMesh(options) + ApplyCamera(options);
   ApplyLightAndObjects(options);
   return notes;
 }

@@ -17,6 +17,7 @@
 #include "calib/exif_lens.h"
 #include "calib/json_cursor.h"
 #include "calib/timed_pose.h"
+#include "datasets/internal/held_camera.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/sequence.h"
 #include "datasets/site_file.h"
@@ -339,11 +340,11 @@ void SetDiffuseRegions(const fs::path& folder, const std::vector<std::string>& n
   });
 }
 
-void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
+bool SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
   std::error_code error;
   if (!fs::is_regular_file(device_or_photo, error)) {
     EditSiteFile(folder, [&](Json& json) { json["camera_device"] = device_or_photo; });
-    return;
+    return true;
   }
   const Rgb8Image photo = ReadDisplayImage(device_or_photo);
   const auto focal_mm = ReadExifFocalLength35mm(device_or_photo);
@@ -360,11 +361,14 @@ void SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
   lens.fx_px = lens.fy_px = *focal_mm / kFilmDiagonalMm * std::hypot(photo.width, photo.height);
   lens.cx_px = 0.5 * (photo.width - 1);
   lens.cy_px = 0.5 * (photo.height - 1);
+  bool is_used = false;
   EditSiteFile(folder, [&](Json& json) {
-    if (Has(json, "camera", "fx")) return;  // A calibrated one is better.
+    is_used = !Has(json, "camera", "fx") || json.contains("note_lens");
+    if (!is_used) return;  // A calibrated one is better.
     json["camera"].merge_patch(JsonOf(lens));
     json["note_lens"] = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
   });
+  return is_used;
 }
 
 void SetSiteLens(const fs::path& folder, const CameraIntrinsics& lens) {
@@ -415,7 +419,9 @@ glm::dmat4 ReadPoseFile(const fs::path& file) {
   return pose;
 }
 
-glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m) {
+glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m,
+                         const glm::dvec3& target_m,
+                         const fs::path& photo) {
   const glm::dvec3 forward = target_m - camera_m;
   const glm::dvec3 right = glm::cross(forward, glm::dvec3(0.0, 0.0, 1.0));
   if (!(glm::length(right) > 1e-9 * glm::length(forward))) {
@@ -426,9 +432,13 @@ glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m)
   const glm::dvec3 z = glm::normalize(forward);
   const glm::dvec3 x = glm::normalize(right);
   const glm::dvec3 y = glm::cross(z, x);
-  glm::dmat4 pose(1.0);
-  const glm::dmat3 camera_from_world = glm::transpose(glm::dmat3(x, y, z));
-  pose = glm::dmat4(camera_from_world);
+  std::optional<glm::dvec2> stored_up;
+  if (!photo.empty()) stored_up = StoredUp(photo);
+  const glm::dvec2 up = stored_up.value_or(glm::dvec2(0.0, -1.0));
+  // Turns an upright camera's (0, -1) into `up`.
+  const glm::dmat3 held_from_upright({-up.y, up.x, 0.0}, {-up.x, -up.y, 0.0}, {0.0, 0.0, 1.0});
+  const glm::dmat3 camera_from_world = held_from_upright * glm::transpose(glm::dmat3(x, y, z));
+  glm::dmat4 pose(camera_from_world);
   pose[3] = glm::dvec4(-(camera_from_world * camera_m), 1.0);
   return pose;
 }

@@ -69,9 +69,10 @@ std::vector<std::string> SetSiteMesh(const std::filesystem::path& folder,
 void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 // Sets a device or a camera's identity, for live runs. Or uses a photograph: its size and EXIF
-// focal length are a first lens where there is none. Throws std::runtime_error for a picture that
-// cannot be read.
-void SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
+// focal length are a first lens, also in place of another photograph's. Returns whether it is used:
+// not a photograph where the site has a calibrated lens. Throws std::runtime_error for a picture
+// that cannot be read.
+bool SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
 // Replaces the lens, and notes about it.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
 
@@ -85,8 +86,11 @@ void SetSitePose(const std::filesystem::path& folder,
 // `camera_from_world` of a JSON file: its own, its camera's, or the file's only content. Throws
 // std::runtime_error naming the file.
 glm::dmat4 ReadPoseFile(const std::filesystem::path& file);
-// Level; throws std::invalid_argument where the two are above each other.
-glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m, const glm::dvec3& target_m);
+// Level, and held as `photo` was by its EXIF orientation; empty: upright. Throws
+// std::invalid_argument where the two are above each other.
+glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m,
+                         const glm::dvec3& target_m,
+                         const std::filesystem::path& photo = {});
 
 // Copies the map, and removes the copy that this function has made before. Throws as
 // ReadRadianceImage, and std::runtime_error unless it is twice as wide as high.

@@ -10,12 +10,9 @@
 #include "calib/exif_place.h"
 
 namespace pleinair {
-namespace {
 
-// Upwards, in stored columns and rows, by EXIF's orientation.
-// None for 1 and 2: cameras that do not know how they are held write 1.
-std::optional<glm::dvec2> StoredUp(int orientation) {
-  switch (orientation) {
+std::optional<glm::dvec2> StoredUp(const std::filesystem::path& picture) {
+  switch (ReadExifPlace(picture).orientation.value_or(1)) {
     case 3:
     case 4:
       return glm::dvec2(0.0, 1.0);
@@ -30,12 +27,8 @@ std::optional<glm::dvec2> StoredUp(int orientation) {
   }
 }
 
-}  // namespace
-
 void RequireHeldAs(const Camera& camera, const std::filesystem::path& picture) {
-  const std::optional<int> orientation = ReadExifPlace(picture).orientation;
-  if (!orientation) return;
-  const std::optional<glm::dvec2> stored_up = StoredUp(*orientation);
+  const std::optional<glm::dvec2> stored_up = StoredUp(picture);
   if (!stored_up) return;
   const glm::dvec3 up = glm::dmat3(camera.camera_from_world) * glm::dvec3(0.0, 0.0, 1.0);
   const glm::dvec2 in_picture(up);
@@ -45,8 +38,10 @@ void RequireHeldAs(const Camera& camera, const std::filesystem::path& picture) {
   if (length < kLeastLength) return;
   if (glm::dot(in_picture, *stored_up) >= kLeastCosine * length) return;
   throw std::runtime_error("expected a camera held as the pose says, found EXIF orientation " +
-                           std::to_string(*orientation) +
-                           ": turn its pixels, or remove the tag where they are turned already");
+                           std::to_string(ReadExifPlace(picture).orientation.value_or(1)) +
+                           ": a pose for a camera held so would fit (`pleinair site new` with "
+                           "--camera PHOTO, --camera-at and --camera-to makes one); remove the tag "
+                           "where the pixels are turned already");
 }
 
 }  // namespace pleinair

@@ -16,6 +16,8 @@
 #include "scene/mesh_io.h"
 #include "session/check/site_check.h"
 #include "sunmodel/time_text.h"
+#include "tests/datasets/exif_picture.h"
+#include "tests/datasets/made_pictures.h"
 #include "tests/scene/temporary_folder.h"
 
 namespace pleinair::site_new_command_test {
@@ -211,6 +213,25 @@ TEST_F(SiteNew, ALensInPlaceOfTheFirstOneIsNoGuess) {
   SiteNewOptions options = Options();
   options.lens = kCourtyard;
   EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("better calibrate it")));
+}
+
+// The lens of a first photograph is no better than that of a second one; a calibrated one is.
+TEST_F(SiteNew, TakesTheLensOfAnotherPhotographButNotInPlaceOfACalibratedOne) {
+  const auto photo = [&](const char* name, int width, int height) {
+    const ExifValue focal_length = ExifShort(EXIF_IFD_EXIF, 0xA405, 27);
+    const std::vector<std::byte> jpeg = made_pictures::Jpeg(made_pictures::Noise(width, height, 1));
+    return folder_.Write(name, WithExif(jpeg, std::vector<ExifValue>{focal_length})).string();
+  };
+  SiteNewOptions options = Options();
+  options.camera = photo("wide.jpg", 64, 48);
+  EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("note:")));
+  EXPECT_EQ(Written()["camera"]["width"], 64);
+  options.camera = photo("high.jpg", 48, 64);
+  EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("note:")));
+  EXPECT_EQ(Written()["camera"]["width"], 48);
+  options.lens = kCourtyard;
+  EXPECT_THAT(RunSiteNew(options, {}), HasSubstr("high.jpg gives no lens"));
+  EXPECT_EQ(Written()["camera"]["width"], 480);
 }
 
 TEST_F(SiteNew, RefusesInOneLineAndKeepsTheFileWhole) {
