@@ -1,8 +1,9 @@
 #include "apps/input_refusals.h"
 
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
+
+#include "datasets/picture_source.h"
 
 namespace pleinair {
 namespace {
@@ -18,15 +19,14 @@ void RefuseTimes(const PictureTimes& times, const std::string& found) {
                                                 {times.interval.has_value(), "--every"},
                                                 {!times.utc_offset.empty(), "--time-zone"}};
   for (const auto& [is_given, option] : given) {
-    if (is_given) Refuse(option, "a video or a folder of pictures", found);
+    if (is_given) Refuse(option, "a video or pictures", found);
   }
 }
 
-// These options are for a folder's pictures alone: a video states when each of its pictures is
-// shown.
-void RefuseTimesOfFolders(const PictureTimes& times) {
-  if (times.interval) Refuse("--every", "a folder of pictures", "a video");
-  if (!times.utc_offset.empty()) Refuse("--time-zone", "a folder of pictures", "a video");
+// A video states when each of its pictures is shown.
+void RefuseTimesOfVideo(const PictureTimes& times) {
+  if (times.interval) Refuse("--every", "pictures", "a video");
+  if (!times.utc_offset.empty()) Refuse("--time-zone", "pictures", "a video");
 }
 
 void RefuseCameraOptions(const CameraRequest& camera) {
@@ -72,7 +72,7 @@ void RefuseOtherInputs(const PlayedInput& input, const SessionOptions& options) 
     return;
   }
   if (is_self_calibrated) Refuse("albedo=self-calibrated", recorded, "a video or pictures");
-  if (std::filesystem::is_regular_file(input.name)) RefuseTimesOfFolders(input.times);
+  if (!IsPictureOrFolder(input.name)) RefuseTimesOfVideo(input.times);
 }
 
 }  // namespace pleinair

@@ -160,7 +160,7 @@ void AddRun(CLI::App& app, Work& work) {
   run.add_option("input",
                  options->input,
                  "folder with sequence.json; with --site a camera (`pleinair cameras` lists them), "
-                 "a video or a folder of pictures")
+                 "a video, a picture or a folder of pictures")
       ->type_name("INPUT")
       ->required();
   run.add_option("--site",

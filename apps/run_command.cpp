@@ -19,6 +19,7 @@
 #include "apps/run_folder.h"
 #include "apps/run_output.h"
 #include "apps/run_targets.h"
+#include "apps/stop_signals.h"
 #include "apps/survey_maps_writer.h"
 #include "datasets/truth.h"
 #include "scene/image_io.h"
@@ -129,7 +130,7 @@ void RunRecorded(const RunCommandOptions& options) {
   std::optional<SequenceSession> session;
   std::optional<std::size_t> count;
   if (is_at_site) {
-    if (!options.times.start && !std::filesystem::is_directory(options.input)) {
+    if (!options.times.start && !IsPictureOrFolder(options.input)) {
       spdlog::warn(
           "{}: taken at {}, as the video states; a program that converted it may have "
           "stated its own time, and the sun would be elsewhere (see --start-time)",
@@ -154,27 +155,35 @@ void RunRecorded(const RunCommandOptions& options) {
   RunReport& report = output.Report();
   report.title = TitleOf(sequence);
   report.settings = DescribeSettings(options, *loaded, count, run.Renderer());
+  const StopFlag stop;
+  std::string stopped;
   std::int64_t taken = 0;
-  while (!options.frames_limit || taken < *options.frames_limit) {
+  while (stopped.empty() && (!options.frames_limit || taken < *options.frames_limit)) {
+    if (stop.IsSet() && !(count && static_cast<std::size_t>(taken) >= *count)) {
+      stopped = InterruptedAfter(taken, count);
+      break;
+    }
     std::optional<FinishedFrame> finished = frames.Next();
     if (!finished) break;
     ++taken;
     LogLight(*finished, count);
-    std::optional<FrameError> failure;
-    if (!finished->step.result) failure = finished->step.result.error();
+    if (!finished->step.result && options.stop_on_bad_frame) {
+      stopped = StoppedAt(finished->step.result.error());
+    }
     output.Add(std::move(*finished));
-    if (failure && options.stop_on_bad_frame) throw std::runtime_error(StoppedAt(*failure));
   }
   for (Event& event : events.TakeAll()) {
     spdlog::warn("{}", event.text);
     output.AddEvent(std::move(event));
   }
+  if (!stopped.empty()) report.notes.push_back(stopped);
   output.Finish();
   for (std::string& note : frames.Finish()) report.notes.push_back(std::move(note));
   if (!is_at_site && !output.KeepsEarlierResults()) {
     AddTruth(sequence, options.out, run.Display(), report);
   }
   output.WriteReport();
+  if (!stopped.empty()) throw std::runtime_error(stopped);
   SayHowItEnded(options, report, sequence);
 }
 

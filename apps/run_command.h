@@ -26,11 +26,11 @@ enum class WrittenPictures {
 };
 
 struct RunCommandOptions : SessionOptions {
-  // A camera's name, a video or a folder of pictures, at the site that `sequence` then is; empty:
+  // A camera's name, a video or pictures, at the site that `sequence` then is; empty:
   // the sequence's own frames.
   std::string input;
   CameraRequest camera;
-  PictureTimes times;                // Times of a video or a folder of pictures.
+  PictureTimes times;                // Times of a video or pictures.
   std::optional<double> duration_s;  // In camera time; none: until it is stopped.
   std::optional<int> frames_limit;
   std::filesystem::path record;  // Where a camera's frames are recorded to; empty: nowhere.

@@ -105,6 +105,12 @@ std::string StoppedAt(const FrameError& error) {
   return fmt::format("stopped at frame {}, as asked: {}", error.index, error.reason);
 }
 
+std::string InterruptedAfter(std::int64_t frames, std::optional<std::size_t> of_frames) {
+  return fmt::format("interrupted after {}{} frames",
+                     frames,
+                     of_frames ? fmt::format(" of {}", *of_frames) : std::string());
+}
+
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,
                    const Sequence& sequence) {

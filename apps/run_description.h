@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
 void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frames);
 
 std::string StoppedAt(const FrameError& error);
+std::string InterruptedAfter(std::int64_t frames, std::optional<std::size_t> of_frames);
 
 // Into the log. Throws std::runtime_error, with the first failure, where no frame succeeded.
 void SayHowItEnded(const RunCommandOptions& options,

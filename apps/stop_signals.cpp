@@ -2,19 +2,49 @@
 
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdint>
 #include <ctime>
 
 namespace pleinair {
+namespace {
+
+// Also where it is ignored, it would be waited for or handled.
+bool IsHangupIgnored() {
+  struct sigaction of_hangup {};
+  return sigaction(SIGHUP, nullptr, &of_hangup) != 0 || of_hangup.sa_handler == SIG_IGN;
+}
+
+// A shell's or `timeout`'s signal comes twice: to the process and to its group.
+constexpr std::chrono::seconds kSameRequest{1};
+
+// Only what a signal handler may call.
+[[noreturn]] void EndProcess(int signal) {
+  constexpr int kEndedBySignal = 128;  // As a shell reports it.
+  _exit(kEndedBySignal + signal);
+}
+
+// For the handler: 0 until a signal comes, then the time of the first.
+std::atomic<std::int64_t> first_signal_ns = 0;
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
+
+void NoteSignal(int signal) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  const std::chrono::nanoseconds time =
+      std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+  std::int64_t first_ns = 0;
+  if (first_signal_ns.compare_exchange_strong(first_ns, time.count())) return;
+  if (time - std::chrono::nanoseconds(first_ns) > kSameRequest) EndProcess(signal);
+}
+
+}  // namespace
 
 StopSignals::StopSignals() {
   sigemptyset(&awaited_);
   sigaddset(&awaited_, SIGINT);
   sigaddset(&awaited_, SIGTERM);
-  // Blocked, an ignored signal would be waited for, too.
-  struct sigaction of_hangup {};
-  if (sigaction(SIGHUP, nullptr, &of_hangup) == 0 && of_hangup.sa_handler != SIG_IGN) {
-    sigaddset(&awaited_, SIGHUP);
-  }
+  if (!IsHangupIgnored()) sigaddset(&awaited_, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
 }
 
@@ -26,16 +56,32 @@ bool StopSignals::Wait(std::chrono::milliseconds timeout) {
                       static_cast<long>(std::chrono::nanoseconds(timeout - seconds).count())};
   const int signal = sigtimedwait(&awaited_, nullptr, &time);
   if (signal < 0) return false;
-  constexpr int kEndedBySignal = 128;  // As a shell reports it.
   const auto now = std::chrono::steady_clock::now();
   if (!first_) {
     first_ = now;
     return true;
   }
-  // A shell's or `timeout`'s signal comes twice: to the process and to its group.
-  constexpr std::chrono::seconds kSameRequest{1};
-  if (now - *first_ > kSameRequest) _exit(kEndedBySignal + signal);
+  if (now - *first_ > kSameRequest) EndProcess(signal);
   return false;
 }
+
+StopFlag::StopFlag() {
+  first_signal_ns = 0;
+  struct sigaction noted {};
+  noted.sa_handler = NoteSignal;
+  noted.sa_flags = SA_RESTART;
+  sigemptyset(&noted.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (signal == SIGHUP && IsHangupIgnored()) continue;
+    struct sigaction before {};
+    if (sigaction(signal, &noted, &before) == 0) before_.emplace_back(signal, before);
+  }
+}
+
+StopFlag::~StopFlag() {
+  for (const auto& [signal, before] : before_) sigaction(signal, &before, nullptr);
+}
+
+bool StopFlag::IsSet() const { return first_signal_ns != 0; }
 
 }  // namespace pleinair

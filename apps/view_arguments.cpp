@@ -23,7 +23,7 @@ void AddView(CLI::App& app, Work& work) {
   view.add_option("input",
                   options->input,
                   "folder with sequence.json; with --site a camera (`pleinair cameras` lists "
-                  "them), a video or a folder of pictures")
+                  "them), a video, a picture or a folder of pictures")
       ->type_name("INPUT")
       ->required();
   view.add_option("--site",

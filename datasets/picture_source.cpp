@@ -112,10 +112,10 @@ TimedPicture WithExifTime(const fs::path& file, const PictureTimes& times) {
 }
 
 // In the order of their frames; at least one has a time.
-std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes& times) {
+std::vector<TimedPicture> PicturesIn(const fs::path& input, const PictureTimes& times) {
   times.Validate();
   std::vector<TimedPicture> pictures;
-  for (const fs::path& file : PictureFilesIn(folder)) {
+  for (const fs::path& file : PictureFilesIn(input)) {
     if (!times.start) {
       pictures.push_back(WithExifTime(file, times));
       // A picture without a time gets the time of the one before it, and so keeps its place.
@@ -129,7 +129,7 @@ std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes&
         {file, *times.start + index * times.interval.value_or(std::chrono::nanoseconds{0}), {}});
   }
   if (times.start && !times.interval && pictures.size() > 1) {
-    RefuseFile(folder, "expected --every with --start-time, for more than one picture");
+    RefuseFile(input, "expected --every with --start-time, for more than one picture");
   }
   const auto has_time = [](const TimedPicture& picture) { return picture.fault.empty(); };
   const auto first = std::ranges::find_if(pictures, has_time);
@@ -141,11 +141,11 @@ std::vector<TimedPicture> PicturesIn(const fs::path& folder, const PictureTimes&
 
 class PictureFolderSource final : public FrameSource {
  public:
-  PictureFolderSource(const fs::path& folder,
+  PictureFolderSource(const fs::path& input,
                       const Sequence& site,
                       const PictureTimes& times,
                       const CameraNoise& noise)
-      : site_(site, noise), pictures_(PicturesIn(folder, times)) {}
+      : site_(site, noise), pictures_(PicturesIn(input, times)) {}
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {
     if (next_ == pictures_.size()) return std::nullopt;
@@ -190,12 +190,17 @@ class PictureFolderSource final : public FrameSource {
 
 }  // namespace
 
-std::vector<fs::path> PictureFilesIn(const fs::path& folder) {
+bool IsPictureOrFolder(const fs::path& input) {
+  return fs::is_directory(input) || IsPicture(input);
+}
+
+std::vector<fs::path> PictureFilesIn(const fs::path& input) {
+  if (IsPicture(input)) return {input};
   std::vector<fs::path> files;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(input)) {
     if (IsPicture(entry.path())) files.push_back(entry.path());
   }
-  if (files.empty()) RefuseFile(folder, "expected PNG or JPEG pictures, found none");
+  if (files.empty()) RefuseFile(input, "expected PNG or JPEG pictures, found none");
   std::ranges::sort(files);
   return files;
 }
@@ -222,23 +227,23 @@ std::unique_ptr<FrameSource> MakeVideoFrameSource(const fs::path& file,
   return std::make_unique<VideoFrameSource>(file, site, times, noise);
 }
 
-std::unique_ptr<FrameSource> MakePictureFolderSource(const fs::path& folder,
+std::unique_ptr<FrameSource> MakePictureFolderSource(const fs::path& input,
                                                      const Sequence& site,
                                                      const PictureTimes& times,
                                                      const CameraNoise& noise) {
-  return std::make_unique<PictureFolderSource>(folder, site, times, noise);
+  return std::make_unique<PictureFolderSource>(input, site, times, noise);
 }
 
 std::unique_ptr<FrameSource> MakeFrameSourceAt(const Sequence& site,
                                                const fs::path& input,
                                                const PictureTimes& times,
                                                const CameraNoise& noise) {
-  if (fs::is_directory(input)) return MakePictureFolderSource(input, site, times, noise);
+  if (IsPictureOrFolder(input)) return MakePictureFolderSource(input, site, times, noise);
   return MakeVideoFrameSource(input, site, times, noise);
 }
 
 UtcTime FirstPictureTime(const fs::path& input, const PictureTimes& times) {
-  if (fs::is_directory(input)) return PicturesIn(input, times).front().time;
+  if (IsPictureOrFolder(input)) return PicturesIn(input, times).front().time;
   return StartOf(input, VideoReader(input), times);
 }
 

@@ -27,9 +27,12 @@ struct PictureTimes {
   void Validate() const;
 };
 
-// The pictures in a folder (PNG or JPEG, found by their content; no folders in it), by name. Throws
-// std::runtime_error naming it: it has none.
-std::vector<std::filesystem::path> PictureFilesIn(const std::filesystem::path& folder);
+// Whether `input` is a folder, or a picture itself, and so no video.
+bool IsPictureOrFolder(const std::filesystem::path& input);
+
+// The pictures in a folder (PNG or JPEG, found by their content; no folders in it), by name; of a
+// picture itself, that one. Throws std::runtime_error naming the folder: it has none.
+std::vector<std::filesystem::path> PictureFilesIn(const std::filesystem::path& input);
 
 // Frames of a video file's pictures, at the times of their presentation after `times.start`, or
 // after the container's time of creation. Their exposure is unknown.
@@ -42,13 +45,13 @@ std::unique_ptr<FrameSource> MakeVideoFrameSource(const std::filesystem::path& f
                                                   const PictureTimes& times,
                                                   const CameraNoise& noise = {});
 
-// Frames of the pictures in a folder, as PictureFilesIn finds them.
+// Frames of the pictures that PictureFilesIn finds.
 //
 // Order    with `times.start` and `times.interval` that of their names, at these times; else that
 //          of their EXIF times (DateTimeOriginal, SubSecTimeOriginal, OffsetTimeOriginal).
 // Exposure as EXIF states it.
 // Errors   as above; a picture without a time beside ones that have it is that frame's error.
-std::unique_ptr<FrameSource> MakePictureFolderSource(const std::filesystem::path& folder,
+std::unique_ptr<FrameSource> MakePictureFolderSource(const std::filesystem::path& input,
                                                      const Sequence& site,
                                                      const PictureTimes& times,
                                                      const CameraNoise& noise = {});

@@ -102,6 +102,7 @@ class SequenceReader {
     if (const auto at = root.Optional("windows")) ReadWindows(*at);
     if (const auto at = root.Optional("diffuse_regions")) {
       sequence_.diffuse_regions = ReadTexts(*at);
+      if (sequence_.diffuse_regions.empty()) at->Fail("at least one name, or no such key for all");
     }
     if (const auto at = root.Optional("diffuse_mask")) sequence_.diffuse_mask = ExistingFile(*at);
     if (const auto at = root.Optional("environment")) ReadEnvironment(*at);
@@ -288,7 +289,8 @@ class SequenceReader {
       std::string message = sequence_.file.string();
       message += ": site: expected latitude_deg, longitude_deg and height_m, or ";
       message += frame + ".sun_direction_enu, or \"overcast\" as ";
-      message += frame + ".weather: nothing says where the sun is";
+      message +=
+          frame + ".weather (for all frames --weather overcast): nothing says where the sun is";
       throw JsonError(message);
     }
   }

@@ -22,7 +22,7 @@ namespace pleinair {
 // The file that --poses names, readable before the first frame: also for standard input.
 std::filesystem::path PoseFileOf(const std::filesystem::path& poses);
 
-// The frames of a video or a folder of pictures. Throws as MakeFrameSourceAt.
+// The frames of a video, a picture or a folder of pictures. Throws as MakeFrameSourceAt.
 std::unique_ptr<FrameSource> PosedFramesAt(const LoadedSequence& loaded,
                                            const std::string& input,
                                            const PictureTimes& times,

@@ -12,7 +12,7 @@
 namespace pleinair {
 
 struct ViewCommandOptions : SessionOptions {
-  // A camera's name, a video or a folder of pictures, at the site that `sequence` then is; empty:
+  // A camera's name, a video or pictures, at the site that `sequence` then is; empty:
   // the sequence's own frames.
   std::string input;
   CameraRequest camera;

@@ -39,7 +39,8 @@ fs::path SequenceFileIn(const fs::path& folder) {
       "a sequence is a folder with frames and a sequence.json that names camera, mesh and each "
       "frame's time (see docs/sequences.md)";
   static const std::string kWithSite =
-      "; `pleinair run INPUT --site SITE` takes a video or a folder of pictures at a site, which "
+      "; `pleinair run INPUT --site SITE` takes a video, a picture or a folder of pictures at a "
+      "site, which "
       "`pleinair site new` makes";
   std::error_code error;
   if (!fs::is_directory(folder, error)) {

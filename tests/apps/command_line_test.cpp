@@ -270,7 +270,7 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
   for (const char* command : {"run ", "view "}) {
     for (const char* option :
          {"--start-time 2026-06-21T10:00:00Z", "--every 10s", "--time-zone Z"}) {
-      const std::string reason = option_of(option) + ": expected a video or a folder";
+      const std::string reason = option_of(option) + ": expected a video or pictures";
       ExpectOneLineAndCode2(command + courtyard + out + option, reason);
       ExpectOneLineAndCode2(command + std::string("/dev/video200") + at_courtyard + option, reason);
     }
@@ -278,7 +278,7 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
     const std::string video = command + Write("film.mp4", "").string() + at_courtyard;
     for (const char* option : {"--every 10s", "--time-zone Z"}) {
       ExpectOneLineAndCode2(video + option,
-                            option_of(option) + ": expected a folder of pictures, found a video");
+                            option_of(option) + ": expected pictures, found a video");
     }
     ExpectOneLineAndCode2(
         command + std::string("/dev/video200") + at_courtyard + "--source fisheye",

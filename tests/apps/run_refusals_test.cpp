@@ -1,12 +1,19 @@
 // `pleinair run` on recordings and machines with something missing: what it says, and what it
 // leaves alone.
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
 #include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -199,6 +206,35 @@ TEST_F(RunRefusals, KeepsTheEarlierRunsResultsWhereAllFramesFail) {
   EXPECT_EQ(Report(), report);
   EXPECT_EQ(ContentOf(options_.out / "lighting.jsonl"), light);
   EXPECT_FALSE(fs::exists(options_.out / "lighting.jsonl.partial"));
+}
+
+// Its stream blocks while nobody reads: the signal comes before the first frame's end.
+TEST_F(RunRefusals, EndsWithTheFramesDoneWhereItIsInterrupted) {
+  document_["frames"].push_back(document_["frames"][0]);
+  document_["frames"][1]["time_utc"] = "2005-06-21T10:30:00Z";
+  Save();
+  const std::string pipe = (folder_ / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  ASSERT_GE(reader, 0);
+  options_.picture_stream = "y4m:" + pipe;
+  std::jthread interrupting([reader] {
+    constexpr int kPatienceMs = 300'000;
+    pollfd readable{reader, POLLIN, 0};
+    poll(&readable, 1, kPatienceMs);
+    kill(getpid(), SIGINT);
+    fcntl(reader, F_SETFL, 0);  // Blocking from here on.
+    std::array<char, 65536> read_bytes{};
+    while (read(reader, read_bytes.data(), read_bytes.size()) > 0) continue;
+  });
+  EXPECT_EQ(Run(), "interrupted after 1 of 2 frames");
+  interrupting.join();
+  close(reader);
+  EXPECT_THAT(Report(), HasSubstr("interrupted after 1 of 2 frames"));
+  EXPECT_TRUE(fs::exists(options_.out / "composite/000000.png"));
+  EXPECT_FALSE(fs::exists(options_.out / "composite/000001.png"));
+  const std::string light = ContentOf(options_.out / "lighting.jsonl");
+  EXPECT_EQ(std::count(light.begin(), light.end(), '\n'), 1);
 }
 
 TEST_F(RunRefusals, DrawsItsChartsWithoutATemporaryFolder) {

@@ -4,8 +4,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 
 #include "calib/exif_time.h"
+#include "datasets/new_site.h"
 #include "datasets/posed_frame_source.h"
 #include "datasets/video/video_writer.h"
 #include "scene/image_io.h"
@@ -80,6 +83,19 @@ TEST_F(PictureFolder, GoesToAnyPicture) {
             (std::vector<std::string>{"2026-06-21T11:50:02Z", "2026-06-21T11:50:03Z"}));
 }
 
+TEST_F(PictureFolder, TakesAPictureByItself) {
+  AddPicture("a.jpg", {"2026:06:21 11:50:01", "", "Z", false}, 1);
+  AddPicture("b.jpg", {"2026:06:21 11:50:02", "", "Z", false}, 2);
+  const fs::path picture = pictures_ / "b.jpg";
+  EXPECT_TRUE(IsPictureOrFolder(picture));
+  EXPECT_EQ(FormatUtcTime(FirstPictureTime(picture, {})), "2026-06-21T11:50:02Z");
+  const auto source = MakeFrameSourceAt(site_, picture, {});
+  EXPECT_EQ(source->Count(), 1);
+  EXPECT_EQ(TimesOf(*source), std::vector<std::string>{"2026-06-21T11:50:02Z"});
+  Write(pictures_ / "notes.txt", "taken at noon");
+  EXPECT_FALSE(IsPictureOrFolder(pictures_ / "notes.txt"));
+}
+
 // Such a picture shows another view than the site's pose.
 TEST_F(PictureFolder, RefusesPicturesOfACameraHeldOtherwise) {
   for (unsigned orientation = 0; orientation <= 8; ++orientation) {
@@ -92,7 +108,15 @@ TEST_F(PictureFolder, RefusesPicturesOfACameraHeldOtherwise) {
     EXPECT_EQ(frame->has_value(), orientation <= 2) << orientation;
     if (*frame) continue;
     EXPECT_THAT(frame->error().reason,
-                HasSubstr("found EXIF orientation " + std::to_string(orientation) + ": turn"));
+                HasSubstr("found EXIF orientation " + std::to_string(orientation) + ": a pose"));
+  }
+  // A pose for a camera held so takes it.
+  for (unsigned orientation = 1; orientation <= 8; ++orientation) {
+    const fs::path picture = pictures_ / (std::to_string(orientation) + ".jpg");
+    Sequence held = site_;
+    held.camera_from_world = PoseLookingAt({0.0, 0.0, 1.6}, {0.0, 10.0, 1.0}, picture);
+    EXPECT_GT(glm::determinant(glm::dmat3(*held.camera_from_world)), 0.999);
+    EXPECT_TRUE(MakeFrameSourceAt(held, picture, {})->Next()->has_value()) << orientation;
   }
   // One that moves may be held in any way.
   const auto moving = MakeFrameSourceAt(WithoutPoses(site_), pictures_, {});

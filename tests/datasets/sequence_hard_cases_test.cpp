@@ -209,6 +209,7 @@ TEST_F(SequenceHardCases, NameEveryValueOutOfRange) {
     "/radiometry/frames": ["srgb8"],
     "/radiometry/frames_ldr": ["srgb", "absent.json", ".", "frames"],
     "/scene/mesh": ["absent.obj", "frames", "", "../outside.obj", "/etc/passwd"],
+    "/diffuse_regions": [[]],
     "/diffuse_regions/0": [""],
     "/diffuse_mask": ["absent.png", "../outside.obj"],
     "/environment/image": ["absent.exr", "../outside.obj"],
