@@ -48,12 +48,15 @@ LightingPrior MakeLightingPrior(const WeatherBelief& belief,
   return prior;
 }
 
-LightingPrior MakeClimatePrior(const ClearSkyExpectation& clear_sky, int sky_shapes) {
+LightingPrior MakeClimatePrior(const ClearSkyExpectation& clear_sky,
+                               int sky_shapes,
+                               const std::optional<Weather>& seen) {
   const glm::dvec3& diffuse = clear_sky.diffuse_rgb;
   if (!(std::min({diffuse.x, diffuse.y, diffuse.z}) > 0.0)) {
     return LightingPrior::Nothing(sky_shapes);
   }
-  const SkyClimate climate = MakeSkyClimate(clear_sky);
+  SkyClimate climate = MakeSkyClimate(clear_sky);
+  if (seen) Believe(*seen, climate);
   LightingPrior prior =
       MakeLightingPrior(BeliefFromClimate(climate, UtcTime{}), climate, sky_shapes);
   prior.gain_is_free = !clear_sky.absolute;

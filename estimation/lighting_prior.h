@@ -2,6 +2,7 @@
 // radiance units times sr: sun normal to the beam, sky horizontal.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "estimation/diffuse_sample.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
+#include "scene/weather.h"
 
 namespace pleinair {
 
@@ -103,8 +105,10 @@ LightingPrior MakeLightingPrior(const WeatherBelief& belief,
                                 const SkyClimate& climate,
                                 int sky_shapes);
 
-// The prior of the climate only.
-LightingPrior MakeClimatePrior(const ClearSkyExpectation& clear_sky, int sky_shapes);
+// The prior of the climate only. `seen`: the weather as judged by a person.
+LightingPrior MakeClimatePrior(const ClearSkyExpectation& clear_sky,
+                               int sky_shapes,
+                               const std::optional<Weather>& seen = std::nullopt);
 
 // Sets beam_shape to the clear shape, where it is among `shape_names`.
 void SetBeamShape(std::span<const std::string> shape_names,

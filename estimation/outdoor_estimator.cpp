@@ -28,7 +28,7 @@ bool AnyOfTheDiscIsUp(const SunState& sun) {
   return sun.direction_enu.z > -std::sin(sun.angular_radius_rad);
 }
 
-// By deep night, or where there is no sun, its light is no number to compute with.
+// By deep night its light is no number to compute with.
 bool IsKnown(const ClearSkyExpectation& clear_sky) {
   constexpr double kLowestSine = -0.2;
   return clear_sky.sine_of_elevation > kLowestSine &&
@@ -288,10 +288,12 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     std::string reason =
         "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
         "masked";
-    // By deep night, or without a sun, neither would help.
-    if (IsKnown(conditions.clear_sky)) {
+    // By night, or without a sun, neither would help.
+    if (sun_is_up) {
       reason += ", or, to fall back on earlier light and weather, ";
       reason += conditions.clear_sky.absolute ? "the frame's exposure"
+                : conditions.surveyed         ? "an environment map that shows the sky, from above "
+                                                "the ground (environment.position_m)"
                                               : "environment.image in the sequence";
     }
     return tl::unexpected(LightingFailure{std::move(reason)});
@@ -346,7 +348,7 @@ OutdoorEstimator::Expectation OutdoorEstimator::Expect(const OutdoorConditions& 
     } else if (last && !is_tied && !is_followed) {
       for (WeatherLight& state : last->states) ScaleBy(1.0 / climate_gain_, state.light);
     }
-    if (conditions.surveyed && (is_tied || !last)) {
+    if (conditions.surveyed && conditions.surveyed->clear_sky.absolute && (is_tied || !last)) {
       const auto gap = [&](UtcTime time) {
         return time > conditions.time ? time - conditions.time : conditions.time - time;
       };

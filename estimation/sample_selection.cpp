@@ -16,8 +16,8 @@
 #include <glm/geometric.hpp>
 
 #include "calib/lens.h"
-#include "estimation/internal/lit_limits.h"
 #include "estimation/internal/random.h"
+#include "estimation/internal/view_footprints.h"
 #include "scene/frame.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
@@ -25,25 +25,18 @@
 namespace pleinair {
 namespace {
 
-using estimation_internal::kFullyLit;
-using estimation_internal::kFullyShaded;
-using estimation_internal::kLeastSunCosine;
+using estimation_internal::kEdgeMarginPx;
+using estimation_internal::kFacings;
+using estimation_internal::PixelAt;
 using estimation_internal::SplitMix64;
+using estimation_internal::ViewFootprints;
 
-// Pixels between a footprint and the nearest edge, for what pose and mesh are off by.
-constexpr float kEdgeMarginPx = 1.5f;
-// Along one side of a footprint; large ones are read sparsely.
-constexpr int kReadsAcross = 7;
 // Footprints between asking for one's pixels and reading them.
 constexpr std::size_t kReadsAhead = 4;
-constexpr float kSamePlaneCosine = 0.99f;  // 8 degrees.
 // Robust standard deviations of log albedo inside its region, and the least one of them can be: a
 // measured albedo's own error.
 constexpr double kAlbedoOutlier = 3.0;
 constexpr double kLeastAlbedoSpread = 0.1;
-// Darker than soot: its radiance is glare and noise. Lighter than fresh snow: no diffuse surface.
-constexpr float kLeastAlbedo = 0.02f;
-constexpr float kLargestAlbedo = 0.95f;
 // A filled albedo has about twice the error of a measured one.
 constexpr double kFilledAlbedoWeight = 0.25;
 
@@ -53,27 +46,6 @@ void CheckSize(const char* what, int width, int height, int expected_width, int 
                               std::to_string(height) + ": expected the view's " +
                               std::to_string(expected_width) + "x" +
                               std::to_string(expected_height));
-}
-
-int FacingOf(const glm::vec3& normal) {
-  const glm::vec3 size = glm::abs(normal);
-  if (size.z >= size.x && size.z >= size.y) return normal.z >= 0.0f ? 0 : 1;
-  if (size.x >= size.y) return normal.x >= 0.0f ? 2 : 3;
-  return normal.y >= 0.0f ? 4 : 5;
-}
-constexpr int kFacings = 6;
-
-// The pixel of a camera's picture in which a place lies.
-std::optional<glm::ivec2> PixelAt(const glm::vec3& place_world_m,
-                                  const Camera& camera,
-                                  const Lens& lens) {
-  const glm::dvec4 place_m(glm::dvec3(place_world_m), 1.0);
-  const auto image_point = lens.ProjectToPixel(glm::dvec3(camera.camera_from_world * place_m));
-  if (!image_point) return std::nullopt;
-  const glm::ivec2 at(glm::round(*image_point));
-  const bool is_inside = at.x >= 0 && at.y >= 0 && at.x < camera.intrinsics.width_px &&
-                         at.y < camera.intrinsics.height_px;
-  return is_inside ? std::optional(at) : std::nullopt;
 }
 
 void CheckInput(const SurfaceView& view,
@@ -90,14 +62,6 @@ void CheckInput(const SurfaceView& view,
   }
 }
 
-}  // namespace
-
-void SampleSelectionOptions::Validate() const {
-  if (samples < 1 || samples > 100000) {
-    throw std::invalid_argument("samples is " + std::to_string(samples) + ": expected 1 .. 100000");
-  }
-}
-
 // One draw, step by step; lives for the length of Draw.
 class SampleDraw {
  public:
@@ -108,40 +72,38 @@ class SampleDraw {
              bool takes_grazing,
              const SampleSelectionOptions& options)
       : view_(view),
-        sun_(sun_direction_enu),
-        radiance_(radiance),
-        unusable_(unusable),
-        takes_grazing_(takes_grazing),
+        footprints_(view, sun_direction_enu, radiance, unusable, takes_grazing),
         options_(options) {}
 
   // Keeps `kept`, which are of this view.
-  std::vector<SampleSet::Footprint> Run(std::vector<SampleSet::Footprint> kept) {
+  std::vector<SampleFootprint> Run(std::vector<SampleFootprint> kept) {
     CollectCandidates();
     DropAlbedoOutliers();
-    std::vector<SampleSet::Footprint> footprints = PickShares(std::move(kept));
+    std::vector<SampleFootprint> footprints = PickShares(std::move(kept));
     SortByPlace(footprints);
     return footprints;
   }
 
   // Those of another view of this size that this one shows, too.
-  std::vector<SampleSet::Footprint> Follow(std::span<const SampleSet::Footprint> before) {
+  std::vector<SampleFootprint> Follow(std::span<const SampleFootprint> before) {
     const Lens lens(view_.camera.intrinsics);
-    std::vector<SampleSet::Footprint> followed;
+    std::vector<SampleFootprint> followed;
     followed.reserve(before.size());
-    for (const SampleSet::Footprint& footprint : before) {
-      const std::optional<std::size_t> pixel = PixelOf(footprint, lens);
-      if (!pixel || !IsCandidate(*pixel)) continue;
-      SampleSet::Footprint now;
-      if (!Gather(*pixel, now)) continue;
-      now.plane = footprint.plane;
-      now.place_world_m = footprint.place_world_m;
-      followed.push_back(now);
+    for (const SampleFootprint& footprint : before) {
+      const std::optional<std::size_t> pixel = footprints_.PixelOf(footprint, lens);
+      if (!pixel || !footprints_.IsCandidate(*pixel)) continue;
+      std::optional<SampleFootprint> now = footprints_.Gather(*pixel);
+      if (!now) continue;
+      now->plane = footprint.plane;
+      now->place_world_m = footprint.place_world_m;
+      now->weight = footprint.weight;
+      followed.push_back(*now);
     }
     SortByPlace(followed);
     return followed;
   }
-  bool RefusedUnusablePixels() const { return refused_unusable_; }
-  bool LeftOutGrazing() const { return left_out_grazing_; }
+  bool RefusedUnusablePixels() const { return footprints_.RefusedUnusablePixels(); }
+  bool LeftOutGrazing() const { return footprints_.LeftOutGrazing(); }
 
  private:
   struct Candidate {
@@ -157,107 +119,22 @@ class SampleDraw {
     std::size_t sorted = 0;  // Candidates before it are in order.
   };
 
-  static void SortByPlace(std::vector<SampleSet::Footprint>& footprints) {
+  static void SortByPlace(std::vector<SampleFootprint>& footprints) {
     std::sort(footprints.begin(), footprints.end(), [](const auto& a, const auto& b) {
       return std::tie(a.plane, a.y, a.x) < std::tie(b.plane, b.y, b.x);
     });
   }
 
-  // Where the view shows the footprint's place; none where it does not.
-  std::optional<std::size_t> PixelOf(const SampleSet::Footprint& footprint,
-                                     const Lens& lens) const {
-    const glm::dvec3 place_m(footprint.place_world_m);
-    const std::optional<glm::ivec2> at = PixelAt(footprint.place_world_m, view_.camera, lens);
-    if (!at) return std::nullopt;
-    const std::size_t pixel = view_.region.Index(at->x, at->y);
-    const std::int32_t region = view_.region.pixels[pixel];
-    if (region < 0 || PlaneOf(region, view_.normal_world.pixels[pixel]) != footprint.plane) {
-      return std::nullopt;
-    }
-    // Another surface of the same kind may occlude it. The pixel's own place is half a pixel away,
-    // or more at a grazing view.
-    constexpr double kLargestShift = 0.02;
-    const glm::dvec3 shown_m(view_.position_world_m.pixels[pixel]);
-    const double range_m = glm::distance(shown_m, view_.camera.CentreWorldM());
-    const double height_m =
-        glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), shown_m - place_m);
-    if (!(std::abs(height_m) < 0.5 * kLargestShift * range_m) ||
-        !(glm::distance(shown_m, place_m) < kLargestShift * range_m)) {
-      return std::nullopt;
-    }
-    return pixel;
-  }
-
-  static int PlaneOf(std::int32_t region, const glm::vec3& normal) {
-    return region * kFacings + FacingOf(normal);
-  }
-
   const SurfaceView& view_;
-  const glm::dvec3 sun_;
-  const RgbImage& radiance_;
-  const Gray8Image& unusable_;
-  const bool takes_grazing_;
+  ViewFootprints footprints_;
   const SampleSelectionOptions& options_;
   std::vector<Stratum> strata_;
   std::unordered_set<std::size_t> is_taken_;  // Pixels of footprints that are kept.
   bool some_measured_ = false;
-  bool refused_unusable_ = false;
-  bool left_out_grazing_ = false;
-
-  // Pixels to each side of the centre.
-  int RadiusAt(std::size_t pixel) const {
-    // Past this a footprint is a good part of the picture, and an edge is always near.
-    constexpr float kLargest = 64.0f;
-    const float radius = view_.footprint_radius_px.pixels[pixel];
-    if (!(radius <= kLargest)) return static_cast<int>(kLargest);
-    return std::max(1, static_cast<int>(std::ceil(radius)));
-  }
-
-  bool IsCandidate(std::size_t pixel) {
-    if (view_.may_be_sampled.pixels[pixel] == 0 || view_.region.pixels[pixel] < 0) return false;
-    const float corner = static_cast<float>(RadiusAt(pixel)) * std::numbers::sqrt2_v<float>;
-    if (!(view_.edge_distance_px.pixels[pixel] > corner + kEdgeMarginPx)) return false;
-    const glm::vec3& albedo = view_.albedo_rgb.pixels[pixel];
-    for (int c = 0; c < 3; ++c) {
-      if (!(albedo[c] >= kLeastAlbedo && albedo[c] <= kLargestAlbedo)) return false;
-    }
-    if (JudgedAt(pixel) == JudgedSun::kGrazing) return false;
-    const float visibility = SunVisibilityAt(pixel);
-    if (visibility <= kFullyShaded) return true;
-    const double cosine = glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_);
-    if (visibility >= kFullyLit && cosine <= 0.0) return true;
-    if (cosine >= kLeastSunCosine) return visibility >= kFullyLit;
-    // Of a sun that rises, too, a part of which is seen from everywhere.
-    left_out_grazing_ = left_out_grazing_ || !takes_grazing_;
-    return takes_grazing_;
-  }
-
-  JudgedSun JudgedAt(std::size_t pixel) const {
-    return view_.judged_sun.pixels.empty() ? JudgedSun::kUnknown : view_.judged_sun.pixels[pixel];
-  }
-
-  float SunVisibilityAt(std::size_t pixel) const {
-    switch (JudgedAt(pixel)) {
-      case JudgedSun::kLit:
-        return 1.0f;
-      case JudgedSun::kShaded:
-        return 0.0f;
-      case JudgedSun::kUnknown:
-      case JudgedSun::kGrazing:
-        break;
-    }
-    return view_.sun_visibility.pixels[pixel];
-  }
-
-  bool IsLit(std::size_t pixel) const {
-    return SunVisibilityAt(pixel) >= kFullyLit &&
-           glm::dot(glm::dvec3(view_.normal_world.pixels[pixel]), sun_) > 0.0;
-  }
 
   void CollectCandidates() {
     const auto regions = view_.region_names.size();
-    const std::size_t per_region = 2 * kFacings;
-    std::vector<Stratum> all(regions * per_region);
+    std::vector<Stratum> all(regions * 2 * kFacings);
     SplitMix64 random(options_.seed);
     // Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018: x a1 + y a2 mod 1
     // over the pixels; those below any threshold are spread evenly.
@@ -268,12 +145,11 @@ class SampleDraw {
     for (int y = 0; y < view_.Height(); ++y) {
       for (int x = 0; x < view_.Width(); ++x) {
         const std::size_t pixel = view_.region.Index(x, y);
-        if (!IsCandidate(pixel)) continue;
+        if (!footprints_.IsCandidate(pixel)) continue;
         const auto region = static_cast<std::size_t>(view_.region.pixels[pixel]);
         if (region >= regions) continue;
-        const int facing = FacingOf(view_.normal_world.pixels[pixel]);
-        const std::size_t cell =
-            region * per_region + static_cast<std::size_t>(2 * facing + (IsLit(pixel) ? 1 : 0));
+        const int plane = footprints_.PlaneAt(pixel);
+        const auto cell = static_cast<std::size_t>(2 * plane + (footprints_.IsLit(pixel) ? 1 : 0));
         const double rank = options_.choice == SampleChoice::kRandom
                                 ? SplitMix64(options_.seed + pixel * 0x2545f4914f6cdd1du).Uniform()
                                 : phase[cell] + x * kStepX + y * kStepY;
@@ -283,7 +159,7 @@ class SampleDraw {
             {static_cast<std::uint32_t>(pixel),
              static_cast<float>(rank - std::floor(rank)) + (measured ? 0.0f : 1.0f)});
         all[cell].region = static_cast<int>(region);
-        all[cell].plane = static_cast<int>(cell / 2);
+        all[cell].plane = plane;
         all[cell].is_lit = cell % 2 != 0;
       }
     }
@@ -361,9 +237,9 @@ class SampleDraw {
   }
 
   // Gives every stratum its share, `kept` counted; what one cannot fill goes round again.
-  std::vector<SampleSet::Footprint> PickShares(std::vector<SampleSet::Footprint> kept) {
-    std::vector<SampleSet::Footprint> picked = std::move(kept);
-    for (const SampleSet::Footprint& footprint : picked) {
+  std::vector<SampleFootprint> PickShares(std::vector<SampleFootprint> kept) {
+    std::vector<SampleFootprint> picked = std::move(kept);
+    for (const SampleFootprint& footprint : picked) {
       is_taken_.insert(view_.region.Index(footprint.x, footprint.y));
     }
     std::vector<std::size_t> open(strata_.size());
@@ -390,28 +266,29 @@ class SampleDraw {
     return picked;
   }
 
-  static std::size_t CountOf(const Stratum& stratum,
-                             std::span<const SampleSet::Footprint> footprints) {
-    return static_cast<std::size_t>(std::count_if(
-        footprints.begin(), footprints.end(), [&](const SampleSet::Footprint& footprint) {
+  static std::size_t CountOf(const Stratum& stratum, std::span<const SampleFootprint> footprints) {
+    return static_cast<std::size_t>(
+        std::count_if(footprints.begin(), footprints.end(), [&](const SampleFootprint& footprint) {
           return footprint.plane == stratum.plane && footprint.is_lit == stratum.is_lit;
         }));
   }
 
   std::size_t Pick(std::size_t stratum_index,
                    std::size_t quota,
-                   std::vector<SampleSet::Footprint>& picked) {
+                   std::vector<SampleFootprint>& picked) {
     Stratum& stratum = strata_[stratum_index];
     std::size_t got = 0;
     while (got < quota && stratum.next < stratum.candidates.size()) {
       if (stratum.next >= stratum.sorted) SortMore(stratum, 2 * quota);
-      SampleSet::Footprint footprint;
       const std::uint32_t pixel = stratum.candidates[stratum.next++].pixel;
-      if (!is_taken_.contains(pixel) && Gather(pixel, footprint)) {
-        footprint.plane = stratum.plane;
-        picked.push_back(footprint);
-        ++got;
-      }
+      if (is_taken_.contains(pixel)) continue;
+      std::optional<SampleFootprint> footprint = footprints_.Gather(pixel);
+      if (!footprint) continue;
+      footprint->plane = stratum.plane;
+      const bool is_measured = view_.albedo_measured.pixels[pixel] != 0;
+      footprint->weight = some_measured_ && !is_measured ? kFilledAlbedoWeight : 1.0;
+      picked.push_back(*footprint);
+      ++got;
     }
     return got;
   }
@@ -429,58 +306,15 @@ class SampleDraw {
     }
     std::sort(first, last, before);
   }
-
-  // False where the footprint is not one plane of one region, or holds an unusable pixel.
-  bool Gather(std::size_t centre, SampleSet::Footprint& footprint) {
-    const int width = view_.Width();
-    footprint.x = static_cast<int>(centre % static_cast<std::size_t>(width));
-    footprint.y = static_cast<int>(centre / static_cast<std::size_t>(width));
-    footprint.radius = RadiusAt(centre);
-    footprint.stride = std::max(1, (2 * footprint.radius + kReadsAcross - 1) / kReadsAcross);
-    const auto region = view_.region.pixels[centre];
-    const glm::vec3 normal = view_.normal_world.pixels[centre];
-    const bool measured = view_.albedo_measured.pixels[centre] != 0;
-    footprint.place_world_m = view_.position_world_m.pixels[centre];
-    footprint.is_lit = IsLit(centre);
-    footprint.weight = some_measured_ && !measured ? kFilledAlbedoWeight : 1.0;
-    int count = 0;
-    for (int dy = -footprint.radius; dy <= footprint.radius; dy += footprint.stride) {
-      for (int dx = -footprint.radius; dx <= footprint.radius; dx += footprint.stride) {
-        const int x = footprint.x + dx;
-        const int y = footprint.y + dy;
-        if (!view_.region.Contains(x, y)) return false;
-        const std::size_t pixel = view_.region.Index(x, y);
-        if (view_.region.pixels[pixel] != region || view_.may_be_sampled.pixels[pixel] == 0 ||
-            !(glm::dot(view_.normal_world.pixels[pixel], normal) >= kSamePlaneCosine)) {
-          return false;
-        }
-        if ((unusable_.pixels[pixel] & kUnusable) != 0 || !IsFinite(radiance_.pixels[pixel])) {
-          refused_unusable_ = true;
-          return false;
-        }
-        const glm::dvec3 reflectance =
-            glm::dvec3(view_.albedo_rgb.pixels[pixel]) / std::numbers::pi;
-        const glm::dvec3 sun_seen =
-            glm::dvec3(view_.normal_world.pixels[pixel]) * double{SunVisibilityAt(pixel)};
-        for (int c = 0; c < 3; ++c) {
-          footprint.direct[static_cast<std::size_t>(c)] += reflectance[c] * sun_seen;
-        }
-        if (measured) footprint.measured_albedo += std::numbers::pi * reflectance;
-        footprint.bounce += reflectance * glm::dvec3(view_.sun_bounce.pixels[pixel]);
-        for (std::size_t k = 0; k < view_.sky_response.size(); ++k) {
-          footprint.sky[k] += reflectance * glm::dvec3(view_.sky_response[k].pixels[pixel]);
-        }
-        ++count;
-      }
-    }
-    const double share = 1.0 / count;
-    for (glm::dvec3& direct : footprint.direct) direct *= share;
-    footprint.bounce *= share;
-    footprint.measured_albedo *= share;
-    for (glm::dvec3& sky : footprint.sky) sky *= share;
-    return true;
-  }
 };
+
+}  // namespace
+
+void SampleSelectionOptions::Validate() const {
+  if (samples < 1 || samples > 100000) {
+    throw std::invalid_argument("samples is " + std::to_string(samples) + ": expected 1 .. 100000");
+  }
+}
 
 void SampleSet::Draw(const SurfaceView& view,
                      const glm::dvec3& sun_direction_enu,
@@ -499,7 +333,7 @@ int SampleSet::Follow(const SurfaceView& view,
   CheckInput(view, radiance, unusable, options);
   const bool is_of_size = view.Width() == width_ && view.Height() == height_;
   SampleDraw draw(view, sun_direction_enu, radiance, unusable, takes_grazing_, options);
-  footprints_ = is_of_size ? draw.Follow(footprints_) : std::vector<Footprint>();
+  footprints_ = is_of_size ? draw.Follow(footprints_) : std::vector<SampleFootprint>();
   return Size();
 }
 
@@ -510,7 +344,7 @@ std::vector<PixelRect> SampleSet::PixelsFollowed(const Camera& camera) const {
   const Lens lens(camera.intrinsics);
   std::vector<PixelRect> rects;
   rects.reserve(footprints_.size());
-  for (const Footprint& footprint : footprints_) {
+  for (const SampleFootprint& footprint : footprints_) {
     const std::optional<glm::ivec2> at = PixelAt(footprint.place_world_m, camera, lens);
     if (!at) continue;
     const float corner = static_cast<float>(footprint.radius + 1) * std::numbers::sqrt2_v<float>;
@@ -540,7 +374,7 @@ void SampleSet::Refill(const SurfaceView& view,
 }
 
 // Footprints are strewn over the picture: reading them is waiting for memory.
-void SampleSet::Prefetch(const Footprint& footprint,
+void SampleSet::Prefetch(const SampleFootprint& footprint,
                          const RgbImage& radiance,
                          const Gray8Image& unusable) {
   const int left = footprint.x - footprint.radius;
@@ -566,7 +400,7 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
     if (i + kReadsAhead < footprints_.size()) {
       Prefetch(footprints_[i + kReadsAhead], radiance, unusable);
     }
-    const Footprint& footprint = footprints_[i];
+    const SampleFootprint& footprint = footprints_[i];
     glm::dvec3 sum(0.0);
     unsigned any_unusable = 0;
     const int across = 2 * footprint.radius / footprint.stride + 1;

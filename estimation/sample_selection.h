@@ -33,6 +33,23 @@ struct SampleSelectionOptions {
   void Validate() const;
 };
 
+// A footprint and its model.
+struct SampleFootprint {
+  int x = 0;
+  int y = 0;
+  int radius = 0;
+  int stride = 1;
+  std::int32_t plane = 0;
+  bool is_lit = false;
+  glm::vec3 place_world_m{0.0f};  // Where it was drawn.
+  double weight = 1.0;
+  // Means over the footprint, RGB by row: albedo / pi * s * n, and albedo / pi * s_bounce.
+  std::array<glm::dvec3, 3> direct{};
+  glm::dvec3 bounce{0.0};
+  std::array<glm::dvec3, kMaxSkyShapes> sky{};
+  glm::dvec3 measured_albedo{0.0};  // 0 where it is not.
+};
+
 // A set of footprints in one view.
 //
 // A footprint is a square of pixels: half a survey texel or one pixel to each side of its centre,
@@ -95,23 +112,7 @@ class SampleSet {
   bool IsShortOfUsablePixels() const { return short_of_usable_pixels_; }
 
  private:
-  struct Footprint {
-    int x = 0;
-    int y = 0;
-    int radius = 0;
-    int stride = 1;
-    std::int32_t plane = 0;
-    bool is_lit = false;
-    glm::vec3 place_world_m{0.0f};  // Where it was drawn.
-    double weight = 1.0;
-    // Means over the footprint, RGB by row: albedo / pi * s * n, and albedo / pi * s_bounce.
-    std::array<glm::dvec3, 3> direct{};
-    glm::dvec3 bounce{0.0};
-    std::array<glm::dvec3, kMaxSkyShapes> sky{};
-    glm::dvec3 measured_albedo{0.0};  // 0 where it is not.
-  };
-
-  static void Prefetch(const Footprint& footprint,
+  static void Prefetch(const SampleFootprint& footprint,
                        const RgbImage& radiance,
                        const Gray8Image& unusable);
 
@@ -119,9 +120,7 @@ class SampleSet {
   int height_ = 0;
   bool short_of_usable_pixels_ = false;
   bool takes_grazing_ = false;  // There was hardly anything else when it was filled.
-  std::vector<Footprint> footprints_;
-
-  friend class SampleDraw;
+  std::vector<SampleFootprint> footprints_;
 };
 
 }  // namespace pleinair
