@@ -1,5 +1,6 @@
 #include "apps/input_refusals.h"
 
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
 
@@ -72,7 +73,9 @@ void RefuseOtherInputs(const PlayedInput& input, const SessionOptions& options) 
     return;
   }
   if (is_self_calibrated) Refuse("albedo=self-calibrated", recorded, "a video or pictures");
-  if (!IsPictureOrFolder(input.name)) RefuseTimesOfVideo(input.times);
+  if (std::filesystem::is_regular_file(input.name) && !IsPictureOrFolder(input.name)) {
+    RefuseTimesOfVideo(input.times);
+  }
 }
 
 }  // namespace pleinair

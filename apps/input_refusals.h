@@ -10,7 +10,7 @@
 namespace pleinair {
 
 // What is played: `site` names a sequence's folder, or with `name` the site of a camera, a video or
-// a folder of pictures.
+// pictures.
 struct PlayedInput {
   std::string name;  // Empty: the sequence's own frames.
   CameraRequest camera;

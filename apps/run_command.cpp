@@ -1,10 +1,13 @@
 #include "apps/run_command.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -118,6 +121,13 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
   RefuseWithoutCamera(options.duration_s.has_value(), "--duration");
 }
 
+// A stream whose reader does not read keeps no interrupted run.
+void EndWaitingOnceSet(const StopFlag& stop, RunOutput& output, const std::stop_token& is_over) {
+  constexpr std::chrono::milliseconds kBetweenLooks{20};
+  while (!is_over.stop_requested() && !stop.IsSet()) std::this_thread::sleep_for(kBetweenLooks);
+  if (stop.IsSet()) output.StopWaitingForReaders();
+}
+
 // Runs on the sequence's own frames, or on a video or pictures at a site.
 void RunRecorded(const RunCommandOptions& options) {
   RunTargets targets(options);
@@ -156,6 +166,8 @@ void RunRecorded(const RunCommandOptions& options) {
   report.title = TitleOf(sequence);
   report.settings = DescribeSettings(options, *loaded, count, run.Renderer());
   const StopFlag stop;
+  const std::jthread ending(
+      [&](const std::stop_token& is_over) { EndWaitingOnceSet(stop, output, is_over); });
   std::string stopped;
   std::int64_t taken = 0;
   while (stopped.empty() && (!options.frames_limit || taken < *options.frames_limit)) {
@@ -183,8 +195,12 @@ void RunRecorded(const RunCommandOptions& options) {
     AddTruth(sequence, options.out, run.Display(), report);
   }
   output.WriteReport();
-  if (!stopped.empty()) throw std::runtime_error(stopped);
-  SayHowItEnded(options, report, sequence);
+  if (stopped.empty()) {
+    SayHowItEnded(options, report, sequence);
+  } else {
+    if (report.totals.done > 0) SayWhereTheReportIs(options, report);
+    throw std::runtime_error(stopped);
+  }
 }
 
 }  // namespace

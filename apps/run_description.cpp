@@ -49,6 +49,11 @@ std::string HowSunIsKnown(const FrameLight& light_of_frame) {
                      100.0 * sun.stddev / sun.mean);
 }
 
+std::string DoneOf(const RunReport& report) {
+  return fmt::format(
+      "{} of {} frames done", report.totals.done, report.totals.done + report.totals.failed);
+}
+
 }  // namespace
 
 std::vector<std::string> DescribeSettings(const RunCommandOptions& options,
@@ -106,21 +111,24 @@ std::string StoppedAt(const FrameError& error) {
 }
 
 std::string InterruptedAfter(std::int64_t frames, std::optional<std::size_t> of_frames) {
-  return fmt::format("interrupted after {}{} frames",
+  return fmt::format("interrupted after {}{} frame{}",
                      frames,
-                     of_frames ? fmt::format(" of {}", *of_frames) : std::string());
+                     of_frames ? fmt::format(" of {}", *of_frames) : std::string(),
+                     of_frames.value_or(static_cast<std::size_t>(frames)) == 1 ? "" : "s");
+}
+
+void SayWhereTheReportIs(const RunCommandOptions& options, const RunReport& report) {
+  spdlog::info("{}; report: {}", DoneOf(report), (options.out / "report.html").string());
 }
 
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,
                    const Sequence& sequence) {
-  const std::string done = fmt::format(
-      "{} of {} frames done", report.totals.done, report.totals.done + report.totals.failed);
   if (report.totals.done > 0) {
-    spdlog::info("{}; report: {}", done, (options.out / "report.html").string());
+    SayWhereTheReportIs(options, report);
     return;
   }
-  spdlog::info("{}", done);
+  spdlog::info("{}", DoneOf(report));
   throw std::runtime_error(
       report.totals.failed == 0
           ? (options.input.empty() ? sequence.folder.string() : options.input) +

@@ -28,6 +28,9 @@ void LogLight(const FinishedFrame& finished, std::optional<std::size_t> of_frame
 std::string StoppedAt(const FrameError& error);
 std::string InterruptedAfter(std::int64_t frames, std::optional<std::size_t> of_frames);
 
+// Into the log: for a run of which some frames are done.
+void SayWhereTheReportIs(const RunCommandOptions& options, const RunReport& report);
+
 // Into the log. Throws std::runtime_error, with the first failure, where no frame succeeded.
 void SayHowItEnded(const RunCommandOptions& options,
                    const RunReport& report,

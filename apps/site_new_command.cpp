@@ -57,22 +57,41 @@ std::string ApplyPlaceAndMesh(const SiteNewOptions& options) {
 }
 
 // Returns lines to print.
+std::string ApplyPhotograph(const SiteNewOptions& options) {
+  std::string notes;
+  switch (SetSiteCamera(options.folder, options.camera)) {
+    case SiteLens::kSet:
+      break;
+    case SiteLens::kReplaced:
+      notes =
+          "note: its EXIF lens replaces the one from an earlier photograph; a pose that was "
+          "found with that one may be off\n";
+      break;
+    case SiteLens::kKept:
+      notes = "note: its EXIF lens is not used: the site has a calibrated one\n";
+      break;
+  }
+  return notes;
+}
+
+// Returns lines to print.
 std::string ApplyCamera(const SiteNewOptions& options) {
   std::string notes;
   if (!options.lens.empty()) SetSiteLens(options.folder, ReadCameraIntrinsics(options.lens));
-  if (!options.camera.empty() && !SetSiteCamera(options.folder, options.camera)) {
-    notes = "note: " + options.camera + " gives no lens: the site's own, from a file, stays\n";
+  if (std::filesystem::is_regular_file(options.camera)) {
+    notes = ApplyPhotograph(options);
+  } else if (!options.camera.empty()) {
+    SetSiteCamera(options.folder, options.camera);
   }
   if (!options.pose.empty()) SetSitePose(options.folder, ReadPoseFile(options.pose), std::nullopt);
   RequireBoth(!options.camera_at.empty(), !options.camera_to.empty(), "--camera-at, --camera-to");
   if (options.camera_at.empty()) return notes;
-  const bool is_photo = std::filesystem::is_regular_file(options.camera);
-  SetSitePose(
-      options.folder,
-      PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
-                    PointFrom(options.camera_to, "--camera-to"),
-                    is_photo ? std::filesystem::path(options.camera) : std::filesystem::path()),
-      std::nullopt);
+  const std::string& photo = options.camera.empty() ? options.earlier_camera : options.camera;
+  SetSitePose(options.folder,
+              PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
+                            PointFrom(options.camera_to, "--camera-to"),
+                            std::filesystem::is_regular_file(photo) ? photo : ""),
+              std::nullopt);
   return notes;
 }
 
@@ -165,10 +184,12 @@ std::vector<Question> QuestionsFor(SitePart part) {
   return {};
 }
 
-// Until the part is there or left for later. False: there are no more answers.
+// Until the part is there or left for later. False: there are no more answers. `camera`: the last
+// one answered.
 bool AskFor(const SitePartState& state,
             const std::filesystem::path& folder,
             const Ask& ask,
+            std::string& camera,
             std::string& notes) {
   std::string before = fmt::format("\nmissing{}: {}\n  how to get it: {}\n",
                                    state.is_required ? "" : " (not required)",
@@ -177,6 +198,7 @@ bool AskFor(const SitePartState& state,
   while (true) {
     SiteNewOptions answers;
     answers.folder = folder;
+    answers.earlier_camera = camera;
     try {
       for (const Question& question : QuestionsFor(state.part)) {
         const std::string standard = question.standard;
@@ -189,6 +211,7 @@ bool AskFor(const SitePartState& state,
         question.put(answers, answer->empty() ? standard : *answer);
       }
       notes += Apply(answers);
+      if (!answers.camera.empty()) camera = answers.camera;
       return true;
     } catch (const std::exception& error) {
       before = "  " + MessageText(error.what()) + "\n";
@@ -237,11 +260,12 @@ std::string RunSiteNew(const SiteNewOptions& options, const Ask& ask) {
   StartSite(options.folder);
   std::string notes = Apply(options);
   if (ask) {
+    std::string camera = options.camera;
     for (const SitePart part : kSiteParts) {
       const std::vector<SitePartState> states = SitePartsIn(options.folder);
       const auto state = std::find_if(
           states.begin(), states.end(), [&](const auto& one) { return one.part == part; });
-      if (!state->value && !AskFor(*state, options.folder, ask, notes)) break;
+      if (!state->value && !AskFor(*state, options.folder, ask, camera, notes)) break;
     }
   }
   return notes + StateText(options.folder);

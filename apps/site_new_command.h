@@ -18,6 +18,7 @@ struct SiteNewOptions {
   std::string mesh_up = "z";
   std::vector<std::string> diffuse_regions;
   std::string camera;          // Device, identity or photograph.
+  std::string earlier_camera;  // An earlier answer's, for the pose.
   std::filesystem::path lens;  // With `camera`.
   std::filesystem::path pose;
   std::string camera_at;  // X,Y,Z

@@ -9,11 +9,13 @@
 namespace pleinair {
 namespace {
 
-// Also where it is ignored, it would be waited for or handled.
-bool IsHangupIgnored() {
-  struct sigaction of_hangup {};
-  return sigaction(SIGHUP, nullptr, &of_hangup) != 0 || of_hangup.sa_handler == SIG_IGN;
+// An ignored signal stays ignored, as `nohup` and a shell's `&` have it: sigtimedwait and a handler
+// would receive it.
+bool IsIgnored(int signal) {
+  struct sigaction now {};
+  return sigaction(signal, nullptr, &now) != 0 || now.sa_handler == SIG_IGN;
 }
+constexpr int kStopSignals[] = {SIGINT, SIGTERM, SIGHUP};
 
 // A shell's or `timeout`'s signal comes twice: to the process and to its group.
 constexpr std::chrono::seconds kSameRequest{1};
@@ -42,9 +44,9 @@ void NoteSignal(int signal) {
 
 StopSignals::StopSignals() {
   sigemptyset(&awaited_);
-  sigaddset(&awaited_, SIGINT);
-  sigaddset(&awaited_, SIGTERM);
-  if (!IsHangupIgnored()) sigaddset(&awaited_, SIGHUP);
+  for (const int signal : kStopSignals) {
+    if (!IsIgnored(signal)) sigaddset(&awaited_, signal);
+  }
   pthread_sigmask(SIG_BLOCK, &awaited_, &before_);
 }
 
@@ -71,8 +73,8 @@ StopFlag::StopFlag() {
   noted.sa_handler = NoteSignal;
   noted.sa_flags = SA_RESTART;
   sigemptyset(&noted.sa_mask);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    if (signal == SIGHUP && IsHangupIgnored()) continue;
+  for (const int signal : kStopSignals) {
+    if (IsIgnored(signal)) continue;
     struct sigaction before {};
     if (sigaction(signal, &noted, &before) == 0) before_.emplace_back(signal, before);
   }

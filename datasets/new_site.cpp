@@ -340,11 +340,11 @@ void SetDiffuseRegions(const fs::path& folder, const std::vector<std::string>& n
   });
 }
 
-bool SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
+SiteLens SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
   std::error_code error;
   if (!fs::is_regular_file(device_or_photo, error)) {
     EditSiteFile(folder, [&](Json& json) { json["camera_device"] = device_or_photo; });
-    return true;
+    return SiteLens::kKept;
   }
   const Rgb8Image photo = ReadDisplayImage(device_or_photo);
   const auto focal_mm = ReadExifFocalLength35mm(device_or_photo);
@@ -361,14 +361,16 @@ bool SetSiteCamera(const fs::path& folder, const std::string& device_or_photo) {
   lens.fx_px = lens.fy_px = *focal_mm / kFilmDiagonalMm * std::hypot(photo.width, photo.height);
   lens.cx_px = 0.5 * (photo.width - 1);
   lens.cy_px = 0.5 * (photo.height - 1);
-  bool is_used = false;
+  SiteLens outcome = SiteLens::kSet;
   EditSiteFile(folder, [&](Json& json) {
-    is_used = !Has(json, "camera", "fx") || json.contains("note_lens");
-    if (!is_used) return;  // A calibrated one is better.
+    if (Has(json, "camera", "fx")) {
+      outcome = json.contains("note_lens") ? SiteLens::kReplaced : SiteLens::kKept;
+    }
+    if (outcome == SiteLens::kKept) return;  // A calibrated one is better.
     json["camera"].merge_patch(JsonOf(lens));
     json["note_lens"] = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
   });
-  return is_used;
+  return outcome;
 }
 
 void SetSiteLens(const fs::path& folder, const CameraIntrinsics& lens) {

@@ -69,10 +69,10 @@ std::vector<std::string> SetSiteMesh(const std::filesystem::path& folder,
 void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 // Sets a device or a camera's identity, for live runs. Or uses a photograph: its size and EXIF
-// focal length are a first lens, also in place of another photograph's. Returns whether it is used:
-// not a photograph where the site has a calibrated lens. Throws std::runtime_error for a picture
-// that cannot be read.
-bool SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
+// focal length are a first lens, also in place of another photograph's; not where the site has a
+// calibrated lens. Throws std::runtime_error for a picture that cannot be read.
+enum class SiteLens { kSet, kReplaced, kKept };
+SiteLens SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
 // Replaces the lens, and notes about it.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);
 

@@ -77,7 +77,7 @@ class VideoFrameSource final : public FrameSource {
   int next_ = 0;
 };
 
-// A picture of a folder; its exposure is not read yet.
+// A picture whose exposure is not read yet.
 struct TimedPicture {
   fs::path file;
   UtcTime time{};
@@ -85,8 +85,7 @@ struct TimedPicture {
 };
 
 bool IsPicture(const fs::path& file) {
-  const std::string name = file.filename().string();
-  if (name.starts_with(".") || !fs::is_regular_file(file) || fs::file_size(file) == 0) return false;
+  if (!fs::is_regular_file(file) || fs::file_size(file) == 0) return false;
   const std::string content = DescribeContent(file);
   return content.find("PNG") != std::string::npos || content.find("JPEG") != std::string::npos;
 }
@@ -139,12 +138,12 @@ std::vector<TimedPicture> PicturesIn(const fs::path& input, const PictureTimes& 
   return pictures;
 }
 
-class PictureFolderSource final : public FrameSource {
+class PictureFileSource final : public FrameSource {
  public:
-  PictureFolderSource(const fs::path& input,
-                      const Sequence& site,
-                      const PictureTimes& times,
-                      const CameraNoise& noise)
+  PictureFileSource(const fs::path& input,
+                    const Sequence& site,
+                    const PictureTimes& times,
+                    const CameraNoise& noise)
       : site_(site, noise), pictures_(PicturesIn(input, times)) {}
 
   std::optional<tl::expected<Frame, FrameError>> Next() override {
@@ -198,7 +197,8 @@ std::vector<fs::path> PictureFilesIn(const fs::path& input) {
   if (IsPicture(input)) return {input};
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(input)) {
-    if (IsPicture(entry.path())) files.push_back(entry.path());
+    const bool is_hidden = entry.path().filename().string().starts_with(".");
+    if (!is_hidden && IsPicture(entry.path())) files.push_back(entry.path());
   }
   if (files.empty()) RefuseFile(input, "expected PNG or JPEG pictures, found none");
   std::ranges::sort(files);
@@ -227,18 +227,18 @@ std::unique_ptr<FrameSource> MakeVideoFrameSource(const fs::path& file,
   return std::make_unique<VideoFrameSource>(file, site, times, noise);
 }
 
-std::unique_ptr<FrameSource> MakePictureFolderSource(const fs::path& input,
-                                                     const Sequence& site,
-                                                     const PictureTimes& times,
-                                                     const CameraNoise& noise) {
-  return std::make_unique<PictureFolderSource>(input, site, times, noise);
+std::unique_ptr<FrameSource> MakePictureFileSource(const fs::path& input,
+                                                   const Sequence& site,
+                                                   const PictureTimes& times,
+                                                   const CameraNoise& noise) {
+  return std::make_unique<PictureFileSource>(input, site, times, noise);
 }
 
 std::unique_ptr<FrameSource> MakeFrameSourceAt(const Sequence& site,
                                                const fs::path& input,
                                                const PictureTimes& times,
                                                const CameraNoise& noise) {
-  if (IsPictureOrFolder(input)) return MakePictureFolderSource(input, site, times, noise);
+  if (IsPictureOrFolder(input)) return MakePictureFileSource(input, site, times, noise);
   return MakeVideoFrameSource(input, site, times, noise);
 }
 

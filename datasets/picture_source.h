@@ -1,4 +1,4 @@
-// Videos and folders of pictures, taken by a camera at a site, as sources of frames.
+// Videos and pictures, taken by a camera at a site, as sources of frames.
 #pragma once
 
 #include <chrono>
@@ -51,10 +51,10 @@ std::unique_ptr<FrameSource> MakeVideoFrameSource(const std::filesystem::path& f
 //          of their EXIF times (DateTimeOriginal, SubSecTimeOriginal, OffsetTimeOriginal).
 // Exposure as EXIF states it.
 // Errors   as above; a picture without a time beside ones that have it is that frame's error.
-std::unique_ptr<FrameSource> MakePictureFolderSource(const std::filesystem::path& input,
-                                                     const Sequence& site,
-                                                     const PictureTimes& times,
-                                                     const CameraNoise& noise = {});
+std::unique_ptr<FrameSource> MakePictureFileSource(const std::filesystem::path& input,
+                                                   const Sequence& site,
+                                                   const PictureTimes& times,
+                                                   const CameraNoise& noise = {});
 
 // One of the two, by the kind of `input`.
 std::unique_ptr<FrameSource> MakeFrameSourceAt(const Sequence& site,

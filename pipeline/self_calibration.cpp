@@ -149,7 +149,7 @@ class SelfCalibrator {
     AlbedoFrame& added = frames_.emplace_back();
     ClearSkyExpectation clear_sky = clear_sky_.At(sun.direction_enu);
     clear_sky.absolute = false;
-    added.prior = MakeClimatePrior(clear_sky, static_cast<int>(shapes_.size()));
+    added.prior = MakeClimatePrior(clear_sky, static_cast<int>(shapes_.size()), frame.weather);
     SetBeamShape(view.sky_shape_names, clear_sky, added.prior);
     // A camera that states its exposure has errors too small to distinguish from the albedos'.
     if (frame.units == LightUnits::kRelativePerFrame) {

@@ -63,8 +63,7 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
 ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLight* survey)
     : site_(site.value_or(Site{})) {
   if (survey == nullptr) return;
-  const glm::dvec3 sun = SunAboveClouds(survey->sun_direction_enu);
-  const ClearSkyIrradiance model = Model(sun);
+  const ClearSkyIrradiance model = Model(survey->sun_direction_enu);
   if (std::min({model.beam_rgb.x, model.beam_rgb.y, model.beam_rgb.z}) <= 0.0) return;
   const glm::dvec3 diffuse_scale = survey->sky_irradiance_rgb / model.diffuse_rgb;
   const glm::dvec3 beam_scale = survey->sun_irradiance_rgb / model.beam_rgb;
@@ -81,7 +80,7 @@ ScaledClearSky::ScaledClearSky(const std::optional<Site>& site, const SurveyLigh
     return;
   }
   // Clouds are as grey as the light above them: no colour of the clear sky is scaled by itself.
-  const double height = std::max(0.0, sun.z);
+  const double height = std::max(0.0, survey->sun_direction_enu.z);
   const double measured = MeanOf(survey->sky_irradiance_rgb);
   const double expected = kCloudedShare * MeanOf(model.diffuse_rgb + height * model.beam_rgb);
   beam_scale_rgb_ = diffuse_scale_rgb_ = glm::dvec3(measured / expected);

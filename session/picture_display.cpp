@@ -1,6 +1,5 @@
 #include "session/picture_display.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,9 +9,16 @@
 namespace pleinair {
 namespace {
 
+// Whether a camera without colours took it. Black and white are no evidence: any camera's pixels
+// are so in the dark, or where they clip.
 bool IsGrey(const Rgb8Image& picture) {
-  return std::ranges::all_of(picture.pixels,
-                             [](const auto& rgb) { return rgb.x == rgb.y && rgb.y == rgb.z; });
+  constexpr std::size_t kEvidence = 100;  // One pixel among so many.
+  std::size_t greys = 0;
+  for (const auto& rgb : picture.pixels) {
+    if (rgb.x != rgb.y || rgb.y != rgb.z) return false;
+    if (rgb.x > 0 && rgb.x < 255) ++greys;
+  }
+  return greys * kEvidence > picture.pixels.size();
 }
 
 // As converters of whole pictures do it (Rec. ITU-R BT.601); grey stays as it is.

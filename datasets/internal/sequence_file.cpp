@@ -40,8 +40,7 @@ fs::path SequenceFileIn(const fs::path& folder) {
       "frame's time (see docs/sequences.md)";
   static const std::string kWithSite =
       "; `pleinair run INPUT --site SITE` takes a video, a picture or a folder of pictures at a "
-      "site, which "
-      "`pleinair site new` makes";
+      "site, which `pleinair site new` makes";
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     const std::string expected = folder.string() + ": expected a sequence's folder, found ";

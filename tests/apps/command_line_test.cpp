@@ -288,6 +288,10 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
     ExpectOneLineAndCode2(command + courtyard + out + "--lighting a.jsonl --source outdoor",
                           "--lighting and --source exclude each other");
   }
+  // A name that is mistyped is no video.
+  ExpectOneLineAndCode2(
+      "run /no/such/folder" + at_courtyard + "--start-time 2026-06-21T10:00:00Z --every 10s",
+      "/no/such/folder: ");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out")) << "nothing was begun";
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -20,6 +21,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run_command.h"
+#include "apps/stop_signals.h"
 #include "tests/scene/temporary_folder.h"
 #include "tests/session/command_folder.h"
 
@@ -208,7 +210,8 @@ TEST_F(RunRefusals, KeepsTheEarlierRunsResultsWhereAllFramesFail) {
   EXPECT_FALSE(fs::exists(options_.out / "lighting.jsonl.partial"));
 }
 
-// Its stream blocks while nobody reads: the signal comes before the first frame's end.
+// Its stream blocks, since nobody reads: the signal comes before the first frame's end, and nobody
+// who reads is needed to end the run.
 TEST_F(RunRefusals, EndsWithTheFramesDoneWhereItIsInterrupted) {
   document_["frames"].push_back(document_["frames"][0]);
   document_["frames"][1]["time_utc"] = "2005-06-21T10:30:00Z";
@@ -223,9 +226,6 @@ TEST_F(RunRefusals, EndsWithTheFramesDoneWhereItIsInterrupted) {
     pollfd readable{reader, POLLIN, 0};
     poll(&readable, 1, kPatienceMs);
     kill(getpid(), SIGINT);
-    fcntl(reader, F_SETFL, 0);  // Blocking from here on.
-    std::array<char, 65536> read_bytes{};
-    while (read(reader, read_bytes.data(), read_bytes.size()) > 0) continue;
   });
   EXPECT_EQ(Run(), "interrupted after 1 of 2 frames");
   interrupting.join();
@@ -235,6 +235,47 @@ TEST_F(RunRefusals, EndsWithTheFramesDoneWhereItIsInterrupted) {
   EXPECT_FALSE(fs::exists(options_.out / "composite/000001.png"));
   const std::string light = ContentOf(options_.out / "lighting.jsonl");
   EXPECT_EQ(std::count(light.begin(), light.end(), '\n'), 1);
+  struct sigaction of_interrupt {};
+  sigaction(SIGINT, nullptr, &of_interrupt);
+  EXPECT_EQ(of_interrupt.sa_handler, SIG_DFL) << "as it was before";
+}
+
+TEST_F(RunRefusals, EndsWithTheFramesDoneWhereItIsStrict) {
+  document_["frames"].push_back(document_["frames"][0]);
+  document_["frames"][1]["time_utc"] = "2005-06-21T10:30:00Z";
+  document_["frames"][1]["image"] = "frames/999999.exr";
+  Save();
+  options_.stop_on_bad_frame = true;
+  EXPECT_THAT(Run(), HasSubstr("stopped at frame 1, as asked: "));
+  EXPECT_THAT(Report(), HasSubstr("stopped at frame 1"));
+  EXPECT_TRUE(fs::exists(options_.out / "lighting.jsonl"));
+}
+
+TEST(StopFlag, LeavesAnIgnoredSignalIgnored) {
+  struct sigaction before {};
+  struct sigaction ignored {};
+  ignored.sa_handler = SIG_IGN;
+  sigaction(SIGHUP, &ignored, &before);
+  {
+    const StopFlag stop;
+    raise(SIGHUP);
+    EXPECT_FALSE(stop.IsSet());
+    raise(SIGTERM);
+    raise(SIGTERM);  // Of the same request.
+    EXPECT_TRUE(stop.IsSet());
+  }
+  EXPECT_FALSE(StopFlag().IsSet()) << "a request is for one run";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // The process has threads.
+  EXPECT_EXIT(
+      {
+        const StopFlag stop;
+        raise(SIGINT);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+        raise(SIGINT);
+      },
+      testing::ExitedWithCode(128 + SIGINT),
+      "");
+  sigaction(SIGHUP, &before, nullptr);
 }
 
 TEST_F(RunRefusals, DrawsItsChartsWithoutATemporaryFolder) {

@@ -38,6 +38,13 @@ class SiteNew : public testing::Test {
     options.folder = site_;
     return options;
   }
+  std::string Photograph(const char* name, int width, int height, unsigned orientation) {
+    const std::vector<std::byte> jpeg = made_pictures::Jpeg(made_pictures::Noise(width, height, 1));
+    const std::vector<ExifValue> tags = {
+        ExifShort(EXIF_IFD_0, EXIF_TAG_ORIENTATION, orientation),
+        ExifShort(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM, 27)};
+    return folder_.Write(name, WithExif(jpeg, tags)).string();
+  }
   // Gives `answers` one after the other; then there are none.
   Ask Answers(std::vector<std::string> answers) {
     return [this, answers = std::move(answers), next = std::size_t{0}](
@@ -217,21 +224,34 @@ TEST_F(SiteNew, ALensInPlaceOfTheFirstOneIsNoGuess) {
 
 // The lens of a first photograph is no better than that of a second one; a calibrated one is.
 TEST_F(SiteNew, TakesTheLensOfAnotherPhotographButNotInPlaceOfACalibratedOne) {
-  const auto photo = [&](const char* name, int width, int height) {
-    const ExifValue focal_length = ExifShort(EXIF_IFD_EXIF, 0xA405, 27);
-    const std::vector<std::byte> jpeg = made_pictures::Jpeg(made_pictures::Noise(width, height, 1));
-    return folder_.Write(name, WithExif(jpeg, std::vector<ExifValue>{focal_length})).string();
-  };
   SiteNewOptions options = Options();
-  options.camera = photo("wide.jpg", 64, 48);
+  options.camera = Photograph("wide.jpg", 64, 48, 1);
   EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("note:")));
   EXPECT_EQ(Written()["camera"]["width"], 64);
-  options.camera = photo("high.jpg", 48, 64);
-  EXPECT_THAT(RunSiteNew(options, {}), Not(HasSubstr("note:")));
+  options.camera = Photograph("high.jpg", 48, 64, 1);
+  EXPECT_THAT(RunSiteNew(options, {}), HasSubstr("note: its EXIF lens replaces"));
   EXPECT_EQ(Written()["camera"]["width"], 48);
   options.lens = kCourtyard;
-  EXPECT_THAT(RunSiteNew(options, {}), HasSubstr("high.jpg gives no lens"));
+  EXPECT_THAT(RunSiteNew(options, {}), HasSubstr("note: its EXIF lens is not used"));
   EXPECT_EQ(Written()["camera"]["width"], 480);
+}
+
+// Given together, or asked for one after the other.
+TEST_F(SiteNew, PosesTheCameraAsItsPhotographWasHeld) {
+  const std::string photo = Photograph("turned.jpg", 64, 48, 6);
+  SiteNewOptions options = Options();
+  options.camera = photo;
+  options.camera_at = "0,0,1.6";
+  options.camera_to = "0,10,1.6";
+  RunSiteNew(options, {});
+  const nlohmann::json pose = Written()["camera"]["camera_from_world"];
+  // The world's up is to the left of the stored picture.
+  EXPECT_NEAR(pose[0][2].get<double>(), -1.0, 1e-12);
+  EXPECT_NEAR(pose[2][1].get<double>(), 1.0, 1e-12);
+
+  fs::remove_all(site_);
+  RunSiteNew(Options(), Answers({"57,10", "", photo, "0,0,1.6", "0,10,1.6"}));
+  EXPECT_EQ(Written()["camera"]["camera_from_world"], pose);
 }
 
 TEST_F(SiteNew, RefusesInOneLineAndKeepsTheFileWhole) {

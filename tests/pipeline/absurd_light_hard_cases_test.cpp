@@ -2,12 +2,19 @@
 // object and the picture can make it, and shadows have no colour that daylight has not.
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "estimation/outdoor_estimator.h"
 #include "ground_stage.h"
 #include "pipeline/daylight_colours.h"
 #include "pipeline/plausibility.h"
+#include "pipeline/sun_state.h"
 #include "scene/half_float.h"
 
 namespace pleinair::absurd_light_test {
@@ -216,6 +223,39 @@ TEST_F(AbsurdLight, PixelsBeyondHalfFloatsAreClampedAndCounted) {
   for (glm::vec3& rgb : frame.radiance.pixels) rgb *= 1e6f;
   const FrameResult bright = Process(frame, glm::dvec3(4e8), glm::dvec3(1e8), box);
   EXPECT_GT(bright.clamped_pixels, 96 * 72 - 20);  // Not under the box's edge.
+}
+
+// Bright clouds over pale stone, whose red is clipped in most pixels: the few that are left are its
+// dark grains. The colour of clouds holds it.
+TEST(AbsurdLightHardCases, AClippedChannelOfAnOvercastPictureWithoutAPlaceDoesNotVanish) {
+  const std::vector<std::string> shapes{"uniform"};
+  for (const bool is_some_red_left : {false, true}) {
+    std::vector<DiffuseSample> samples(500);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      samples[i].sky_transport_rgb[0] = glm::dvec3(0.5 / std::numbers::pi);
+      samples[i].radiance_rgb = 5.0 * samples[i].sky_transport_rgb[0];
+      if (is_some_red_left && i % 20 == 0) {
+        samples[i].radiance_rgb.r *= 0.7;
+      } else {
+        samples[i].radiance_stddev_rgb.r = std::numeric_limits<double>::infinity();
+      }
+    }
+    OutdoorConditions conditions;
+    conditions.time = UtcTime{std::chrono::hours(12)};
+    conditions.sun.direction_enu = kNoSunDirectionEnu;
+    conditions.clear_sky = ScaledClearSky(std::nullopt, nullptr).At(kNoSunDirectionEnu);
+    conditions.sky_shape_names = shapes;
+    conditions.units = LightUnits::kRelativePerFrame;
+    conditions.weather = Weather::kOvercast;
+    const auto estimate = OutdoorEstimator(LightingFitOptions{}).Estimate(samples, conditions);
+    ASSERT_TRUE(estimate.has_value());
+    const glm::dvec3 sky = estimate->lighting.SkyIrradianceRgb();
+    EXPECT_NEAR(sky.g, 5.0, 0.25);
+    EXPECT_GT(sky.r, 0.6 * sky.g);
+    EXPECT_LT(sky.r, 1.4 * sky.g);
+    EXPECT_GT(std::sqrt(estimate->lighting.covariance[3 * 6 + 3]), 0.1 * sky.r);
+    EXPECT_EQ(estimate->lighting.sun.irradiance_rgb, glm::dvec3(0.0));
+  }
 }
 
 }  // namespace

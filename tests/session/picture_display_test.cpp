@@ -51,5 +51,16 @@ TEST(PictureDisplay, ShowsNoColoursWhereTheCameraHasNone) {
   }
 }
 
+// In the dark, or where it clips, a camera with colours delivers grey as well.
+TEST(PictureDisplay, TakesBlackAndWhitePicturesForNoGreyCameras) {
+  for (const int code : {0, 255}) {
+    const glm::u8vec3 clipped(static_cast<std::uint8_t>(code));
+    const Shown shown(clipped, clipped);
+    PictureDisplay display(ResponseCurve::Srgb());
+    const Rgb8Image picture = display.Show(shown.frame, shown.composite);
+    EXPECT_GT(picture.pixels[1].r, picture.pixels[1].b) << code;
+  }
+}
+
 }  // namespace
 }  // namespace pleinair::picture_display_test
