@@ -4,12 +4,14 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/exponential.hpp>
 
 #include "estimation/internal/seconds_between.h"
 #include "estimation/light_component.h"
+#include "estimation/lighting_source.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
@@ -39,6 +41,8 @@ constexpr double kUsualScatter = 1.2;
 constexpr double kDeviationOfMisfit = 0.3;
 // A larger misfit does not make a frame blind to a cloud.
 constexpr double kMostMisfit = 0.2;
+// A frame fits far worse than others by this factor of the misfit, and where it is not trusted.
+constexpr double kFarWorse = 2.0;
 // Steadier than that is a made-up stream, whose every rounding would be a change.
 constexpr double kLeastNoiseShare = 0.02;
 
@@ -50,6 +54,10 @@ constexpr double kUnstatedDeviation = 0.05;
 // A change of less than this share of a light is no cloud; it fades with this time constant.
 constexpr double kCreep = 0.03;
 constexpr double kFadingS = 0.2;
+
+bool FitsFarWorse(double misfit, double than) {
+  return misfit > kLargestTrustedResidual && misfit > kFarWorse * than;
+}
 
 // Not IsFinite: that would hide the one for vectors here.
 bool HasFiniteValues(const Lighting& lighting) {
@@ -153,8 +161,16 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, do
   }
   late_frames_ = 0;
   DropOldEntries(raw.time);
-  Add(raw, misfit);
-  usual_misfit_ = UsualMisfit();
+  Entry frame = EntryOf(raw, misfit);
+  const double before = MedianMisfit(entries_.size());
+  if (before > 0.0 && FitsFarWorse(frame.misfit, before) && HasRuns()) {
+    FilteredLighting held = Report(frame, true);
+    Ease(frame, {}, held);
+    return held;
+  }
+  if (frame.misfit > 0.0 && FitsFarWorse(before, frame.misfit)) Restart(units);
+  entries_.push_back(std::move(frame));
+  usual_misfit_ = entries_.size() > kFramesThatHold ? MedianMisfit(entries_.size() - 1) : 0.0;
   std::array<bool, 2> has_ended{};
   for (const std::size_t light : {kSun, kSky}) {
     UpdateNoise(light);
@@ -163,8 +179,8 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, do
     UpdateRun(light);
     has_ended[light] = tracks_[light].begin > begin;
   }
-  FilteredLighting result = Report();
-  Ease(has_ended, result);
+  FilteredLighting result = Report(entries_.back(), false);
+  Ease(entries_.back(), has_ended, result);
   return result;
 }
 
@@ -192,8 +208,8 @@ void LightingFilter::DropOldEntries(UtcTime now) {
   }
 }
 
-void LightingFilter::Add(const Lighting& raw, double misfit) {
-  Entry& entry = entries_.emplace_back();
+LightingFilter::Entry LightingFilter::EntryOf(const Lighting& raw, double misfit) const {
+  Entry entry;
   entry.lighting = raw;
   entry.misfit = std::isfinite(misfit) ? misfit : 0.0;
   const glm::dvec3 sun = raw.sun.irradiance_rgb;
@@ -222,6 +238,7 @@ void LightingFilter::Add(const Lighting& raw, double misfit) {
       reading.variance[c] = variance + least * least;
     }
   }
+  return entry;
 }
 
 void LightingFilter::UpdateNoise(std::size_t light) {
@@ -253,12 +270,12 @@ double LightingFilter::NoiseShare(std::size_t light) const {
   return std::clamp(std::sqrt(*middle / kMedianRoughness), kLeastNoiseShare, 1.0);
 }
 
-double LightingFilter::UsualMisfit() const {
-  if (entries_.size() <= kFramesThatHold) return 0.0;
+// Of the first `entries`; 0: there are none.
+double LightingFilter::MedianMisfit(std::size_t entries) const {
+  if (entries == 0) return 0.0;
   std::vector<double> misfits;
-  misfits.reserve(entries_.size());
-  for (const Entry& entry : entries_) misfits.push_back(entry.misfit);
-  misfits.pop_back();
+  misfits.reserve(entries);
+  for (std::size_t i = 0; i < entries; ++i) misfits.push_back(entries_[i].misfit);
   return UpperMedianInPlace(misfits);
 }
 
@@ -367,15 +384,23 @@ void LightingFilter::CutWhereItChanged(std::size_t light) {
   track.begin = cut;
 }
 
-bool LightingFilter::IsInRun(std::size_t light, std::size_t entry) const {
-  const Track& track = tracks_[light];
-  const std::size_t end = entries_.size() - (track.pending ? 1 : 0);
-  return entry >= track.begin && entry < end && !entries_[entry].readings[light].left_out;
+std::size_t LightingFilter::EndOfRun(std::size_t light) const {
+  return entries_.size() - (tracks_[light].pending ? 1 : 0);
 }
 
-FilteredLighting LightingFilter::Report() const {
-  const Entry& newest = entries_.back();
-  FilteredLighting result{newest.lighting, {}, {}};
+bool LightingFilter::IsInRun(std::size_t light, std::size_t entry) const {
+  const Track& track = tracks_[light];
+  return entry >= track.begin && entry < EndOfRun(light) &&
+         !entries_[entry].readings[light].left_out;
+}
+
+bool LightingFilter::HasRuns() const {
+  return MeanOver(kSun, tracks_[kSun].begin, EndOfRun(kSun)).frames > 0 &&
+         MeanOver(kSky, tracks_[kSky].begin, EndOfRun(kSky)).frames > 0;
+}
+
+FilteredLighting LightingFilter::Report(const Entry& frame, bool is_held) const {
+  FilteredLighting result{frame.lighting, {}, {}};
   Lighting& lighting = result.lighting;
   const std::size_t side = SideOf(lighting);
   for (std::size_t u = 0; u < side; ++u) Component(lighting, u) = 0.0;
@@ -384,7 +409,7 @@ FilteredLighting LightingFilter::Report() const {
   std::array<double, 2> weights{};
   for (const std::size_t light : {kSun, kSky}) {
     FilterSpan& span = light == kSun ? result.sun : result.sky;
-    span = {0, tracks_[light].pending};
+    span = {0, is_held || tracks_[light].pending};
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       if (!IsInRun(light, i)) continue;
       weights[light] += WeightOf(light, i);
@@ -399,7 +424,7 @@ FilteredLighting LightingFilter::Report() const {
     }
     if (share[kSun] + share[kSky] <= 0.0) continue;
     const std::array<double, 2> root{std::sqrt(share[kSun]), std::sqrt(share[kSky])};
-    const glm::dvec3 unit = newest.unit / entry.unit;
+    const glm::dvec3 unit = frame.unit / entry.unit;
     for (std::size_t u = 0; u < side; ++u) {
       const std::size_t light_u = u < 3 ? kSun : kSky;
       const double unit_u = unit[static_cast<int>(u % 3)];
@@ -414,20 +439,21 @@ FilteredLighting LightingFilter::Report() const {
       }
     }
   }
-  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(newest.lighting, lighting);
-  AddDoubt(newest.lighting, result);
+  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(frame.lighting, lighting);
+  AddDoubt(frame.lighting, result);
   return result;
 }
 
-void LightingFilter::Ease(const std::array<bool, 2>& has_ended, FilteredLighting& result) {
+void LightingFilter::Ease(const Entry& frame,
+                          const std::array<bool, 2>& has_ended,
+                          FilteredLighting& result) {
   Lighting& lighting = result.lighting;
   const std::size_t side = SideOf(lighting);
-  const glm::dvec3 unit = entries_.back().unit;
+  const glm::dvec3 unit = frame.unit;
   const auto unit_of = [&unit](std::size_t u) { return unit[static_cast<int>(u % 3)]; };
   double left = 0.0;
-  if (!reported_.empty() && entries_.size() > 1) {
-    const double elapsed_s =
-        SecondsBetween(entries_[entries_.size() - 2].lighting.time, lighting.time);
+  if (!reported_.empty()) {
+    const double elapsed_s = SecondsBetween(reported_time_, lighting.time);
     left = std::exp(-std::max(0.0, elapsed_s) / kFadingS);
   }
   fading_.resize(side, 0.0);
@@ -459,7 +485,8 @@ void LightingFilter::Ease(const std::array<bool, 2>& has_ended, FilteredLighting
       }
     }
   }
-  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(entries_.back().lighting, lighting);
+  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(frame.lighting, lighting);
+  reported_time_ = lighting.time;
   reported_.resize(side);
   for (std::size_t u = 0; u < side; ++u) reported_[u] = Component(lighting, u) / unit_of(u);
 }

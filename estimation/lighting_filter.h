@@ -50,6 +50,10 @@ struct FilteredLighting {
 //   step    The frame that shows it is held, as it could be a glitch. The next one confirms it and
 //           ends the run: the mean then has nothing from before the step.
 //   glitch  A frame that the next one does not confirm is left out.
+//   misfit  A frame whose model explains its picture far less well than those before, and too badly
+//           to be trusted, is held and changes nothing: a hand before the lens, a pose that is
+//           wrong. After memory_s of such frames they are the light. One that fits again ends their
+//           run at once.
 //   ramp    The run is as short as keeps the drift within the noise.
 //   creep   Where the run ends for less than 3 % of the light, the reported light fades to the new
 //           mean, time constant 0.2 s: a camera that moves on to other surfaces brings in their
@@ -120,26 +124,30 @@ class LightingFilter {
   // Median over the frames before the newest; 0 where they are few or their misfits are unknown.
   double usual_misfit_ = 0.0;
   // In the order of Lighting::covariance, in the filter's units.
-  std::vector<double> reported_;  // Last.
-  std::vector<double> fading_;    // The part of it that still fades.
+  std::vector<double> reported_;  // Last, at reported_time_.
+  UtcTime reported_time_{};
+  std::vector<double> fading_;  // The part of it that still fades.
 
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
   void DropOldEntries(UtcTime now);
-  void Add(const Lighting& raw, double misfit);
+  Entry EntryOf(const Lighting& raw, double misfit) const;
   void UpdateNoise(std::size_t light);
   double NoiseShare(std::size_t light) const;
-  double UsualMisfit() const;
+  double MedianMisfit(std::size_t entries) const;
   Noise NoiseOf(std::size_t light, std::size_t entry) const;
   double WeightOf(std::size_t light, std::size_t entry) const;
   Mean MeanOver(std::size_t light, std::size_t begin, std::size_t end) const;
   bool Differ(const Mean& a, const Mean& b, double* sigmas = nullptr) const;
   void UpdateRun(std::size_t light);
   void CutWhereItChanged(std::size_t light);
+  std::size_t EndOfRun(std::size_t light) const;
   bool IsInRun(std::size_t light, std::size_t entry) const;
-  FilteredLighting Report() const;
+  bool HasRuns() const;
+  // The runs' light in the units and at the time of `frame`, which is held or the last entry.
+  FilteredLighting Report(const Entry& frame, bool is_held) const;
   // Fades the old light where a run has just ended for a small change.
-  void Ease(const std::array<bool, 2>& has_ended, FilteredLighting& result);
+  void Ease(const Entry& frame, const std::array<bool, 2>& has_ended, FilteredLighting& result);
 };
 
 }  // namespace pleinair

@@ -122,7 +122,7 @@ TEST(LightingFilterHardCases, FramesThatFitLessMoveNothing) {
 // the light; a small change too, once half of what the filter remembers is such frames.
 TEST(LightingFilterHardCases, FramesThatFitLessFollowACloud) {
   for (const double deviation : {0.03, 0.26}) {
-    for (const double misfit : {1.1 * kMisfit, 3.0 * kMisfit, 100.0 * kMisfit}) {
+    for (const double misfit : {1.1 * kMisfit, 3.0 * kMisfit, 4.9 * kMisfit}) {
       for (const std::pair<double, double>& shares : {std::pair{1.0, 0.5},
                                                       std::pair{0.5, 1.0},
                                                       std::pair{0.2, 0.02},
@@ -149,6 +149,65 @@ TEST(LightingFilterHardCases, FramesThatFitLessFollowACloud) {
         }
       }
     }
+  }
+}
+
+// A hand before the lens, a wrong pose: what such frames show is no light of the scene, and their
+// end is no change of it.
+TEST(LightingFilterHardCases, FramesThatDoNotFitAtAllChangeNothing) {
+  for (const LightUnits units : {LightUnits::kAbsolute, LightUnits::kRelativePerFrame}) {
+    for (const double factor : {0.0, 0.2, 6.0}) {
+      EstimateStream stream;
+      stream.noise = 0.01;
+      auto raw = stream.Make(90, [](int) { return TrueLight(); });
+      const auto clean = raw;
+      const auto is_bad = [](std::size_t i) { return i >= 40 && i < 55; };
+      LightingFilter filter;
+      LightingFilter undisturbed;
+      for (std::size_t i = 0; i < raw.size(); ++i) {
+        if (is_bad(i)) {
+          raw[i].sun.irradiance_rgb *= 0.0;
+          for (SkyComponent& sky : raw[i].sky) sky.irradiance_rgb *= factor;
+        }
+        const FilteredLighting filtered = filter.Apply(raw[i], units, is_bad(i) ? 0.5 : kMisfit);
+        const FilteredLighting expected = undisturbed.Apply(clean[i], units, kMisfit);
+        EXPECT_EQ(filtered.sun.held, is_bad(i)) << i;
+        EXPECT_EQ(filtered.sky.held, is_bad(i)) << i;
+        const auto ratio = [](const FilteredLighting& light) {
+          return light.lighting.sun.irradiance_rgb.x / light.lighting.SkyIrradianceRgb().x;
+        };
+        if (factor > 0.0 || !is_bad(i)) {
+          EXPECT_NEAR(ratio(filtered) / ratio(expected), 1.0, 0.02) << i;
+        }
+        if (is_bad(i) && units == LightUnits::kAbsolute) {
+          EXPECT_LT(SunOff(filtered.lighting, expected.lighting), 0.01) << i;
+          EXPECT_GT(std::sqrt(filtered.lighting.covariance[0]),
+                    0.9 * expected.lighting.sun.irradiance_rgb.x)
+              << "both answers are possible";
+        }
+      }
+    }
+  }
+}
+
+// But not for ever: after 2 s they are all that is known, and then the first frame that fits is the
+// light at once.
+TEST(LightingFilterHardCases, FramesThatDoNotFitAreTheLightOnceNoOtherIsRemembered) {
+  EstimateStream stream;
+  stream.noise = 0.01;
+  const auto raw = stream.Make(180, [](int i) {
+    TrueLight light;
+    if (i >= 40 && i < 140) light.sun *= 0.1;
+    return light;
+  });
+  LightingFilter filter;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const bool is_bad = i >= 40 && i < 140;
+    const FilteredLighting filtered =
+        filter.Apply(raw[i], LightUnits::kAbsolute, is_bad ? 0.5 : kMisfit);
+    const bool is_held = i >= 40 && i < 100;
+    EXPECT_EQ(filtered.sun.held, is_held) << i;
+    EXPECT_LT(SunOff(filtered.lighting, is_held ? raw[0] : raw[i]), 0.1) << i;
   }
 }
 
