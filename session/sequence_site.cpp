@@ -269,6 +269,7 @@ SequenceSite LoadSequenceSite(const Sequence& sequence) {
   }
   if (!site.IsMisread()) add(CheckOpenings(sequence, mesh, caster));
   add(CheckFrameOrder(sequence));
+  add(CheckFramePoses(sequence));
   if (site.is_indoors) {
     site.notes.emplace_back(
         "the camera stands indoors: the mesh's ground is not carried on outside; without "

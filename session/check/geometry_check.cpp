@@ -419,6 +419,19 @@ SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster) {
   return warnings;
 }
 
+SiteWarnings CheckFramePoses(const Sequence& sequence) {
+  const std::vector<FrameEntry>& frames = sequence.frames;
+  const auto has_none = [](const FrameEntry& frame) { return !frame.camera_from_world; };
+  const auto without = std::ranges::count_if(frames, has_none);
+  if (without == 0 || without == std::ssize(frames)) return {};
+  const auto first = std::ranges::find_if(frames, has_none) - frames.begin();
+  return {{"frames without a pose of their own beside ones that have it",
+           fmt::format("frames[{}].camera_from_world", first),
+           fmt::format(
+               "{} of {} frames are taken to be at the camera's own pose", without, frames.size()),
+           "state the pose of each frame, or leave out frames whose pose is not known"}};
+}
+
 SiteWarnings CheckOpenings(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster) {
   SiteWarnings warnings;
   const std::string remedy = "open it in the mesh; glass counts as opaque, so leave panes out";

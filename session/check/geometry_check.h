@@ -33,6 +33,9 @@ SiteWarnings CheckAxes(const Sequence& sequence, const Mesh& mesh, const RayCast
 // the map is not below the ground.
 SiteWarnings CheckPlaces(const Sequence& sequence, const RayCaster& caster);
 
+// Checks that all frames or none have poses of their own.
+SiteWarnings CheckFramePoses(const Sequence& sequence);
+
 // Checks that the mesh does not stop light where a window is stated, nor, under a camera that sees
 // the sky for a room, all of it: models often have panes, and glass counts as opaque.
 SiteWarnings CheckOpenings(const Sequence& sequence, const Mesh& mesh, const RayCaster& caster);

@@ -466,6 +466,19 @@ TEST(FrameOrder, TimesIncreaseAndShuttersClose) {
                                 Field(&SiteWarning::where, "frames[1].exposure_s"))));
 }
 
+TEST(FramePoses, AllHaveThemOrNone) {
+  Sequence sequence;
+  sequence.frames.resize(4);
+  EXPECT_THAT(CheckFramePoses(sequence), IsEmpty());
+  for (FrameEntry& frame : sequence.frames) frame.camera_from_world = glm::dmat4(1.0);
+  EXPECT_THAT(CheckFramePoses(sequence), IsEmpty());
+  sequence.frames[2].camera_from_world.reset();
+  EXPECT_THAT(
+      CheckFramePoses(sequence),
+      ElementsAre(AllOf(Field(&SiteWarning::where, "frames[2].camera_from_world"),
+                        Field(&SiteWarning::evidence, HasSubstr("1 of 4 frames are taken")))));
+}
+
 // --- Whether light gets in.
 
 // A room of 4 x 4 x 3 m whose southern wall has a window of 2 x 1 m, and the camera in its middle.

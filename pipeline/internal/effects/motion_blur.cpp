@@ -54,7 +54,8 @@ class MotionBlurOfObjects : public FrameEffect {
                                           frame.frame.camera,
                                           {frame.object_poses.begin(), frame.object_poses.end()},
                                           boxes});
-    in_picture_.motion = {frame.frame.exposure_s.value_or(options.exposure_s),
+    const double stated_s = frame.frame.exposure_s.value_or(options.exposure_s);
+    in_picture_.motion = {found.known_s > 0.0 ? std::min(stated_s, found.known_s) : stated_s,
                           options.readout_s,
                           found.camera,
                           std::move(found.objects)};

@@ -48,7 +48,7 @@ MotionTrack::Found MotionTrack::At(const Instant& now) {
     if (last_->camera != now.camera) camera_ = {};
   }
   last_ = now;
-  Found found{camera_.motion, {}, why_still_};
+  Found found{camera_.motion, {}, why_still_, known_s_};
   for (const Thing& object : objects_) found.objects.push_back(object.motion);
   return found;
 }
@@ -59,12 +59,14 @@ void MotionTrack::Take(const Instant& now) {
   objects_.assign(count, {});
   const Thing camera_before = camera_;
   camera_ = {};
+  known_s_ = 0.0;
   why_still_ = "no pose of a frame before";
   if (!last_ || last_->world_from_given.size() != count) return;
   if (last_->camera.intrinsics != now.camera.intrinsics) return;
   const double seconds = std::chrono::duration<double>(now.time - last_->time).count();
   why_still_ = "frames too far apart, or not in order";
   if (!(seconds > 0.0 && seconds <= kLongestGapS)) return;
+  known_s_ = seconds;
   why_still_ = "nothing moves";
   double camera_shift_px = 0.0;
   for (std::size_t i = 0; i < count; ++i) {

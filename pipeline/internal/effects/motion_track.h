@@ -34,6 +34,7 @@ class MotionTrack {
     SteadyMotion camera;
     std::vector<SteadyMotion> objects;
     std::string_view why_still;  // The reason where nothing moves.
+    double known_s = 0.0;        // The time since the last frame; 0: unknown.
   };
 
   // Returns the motion at the next frame. The same time again is the same frame: objects that have
@@ -56,6 +57,7 @@ class MotionTrack {
   std::optional<Instant> last_;
   Thing camera_;
   std::vector<Thing> objects_;
+  double known_s_ = 0.0;
   std::string_view why_still_;
 };
 
