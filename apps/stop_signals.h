@@ -1,6 +1,5 @@
 // SIGINT, SIGTERM and SIGHUP (a terminal that is closed) as a request to end. A second one, a
-// second or more later, ends the process at once. Signals that are
-// ignored stay so.
+// second or more later, ends the process at once. Signals that are ignored stay so.
 #pragma once
 
 #include <chrono>

@@ -172,6 +172,26 @@ std::optional<std::string> ObjectsState(const Json& json) {
   return text;
 }
 
+// By its size and EXIF focal length; says so in `note`.
+CameraIntrinsics LensOfPhoto(const fs::path& file, const Rgb8Image& photo, Json& note) {
+  const auto focal_mm = ReadExifFocalLength35mm(file);
+  if (!focal_mm) {
+    RefuseFile(file,
+               "expected EXIF data with the focal length for 35 mm film; calibrate the lens: "
+               "pleinair calibrate lens");
+  }
+  // Diagonal of 36 x 24 mm.
+  constexpr double kFilmDiagonalMm = 43.27;
+  CameraIntrinsics lens;
+  lens.width_px = photo.width;
+  lens.height_px = photo.height;
+  lens.fx_px = lens.fy_px = *focal_mm / kFilmDiagonalMm * std::hypot(photo.width, photo.height);
+  lens.cx_px = 0.5 * (photo.width - 1);
+  lens.cy_px = 0.5 * (photo.height - 1);
+  note = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
+  return lens;
+}
+
 }  // namespace
 
 glm::dmat4 MeshFrame::MetresZUpFromFile() const {
@@ -347,28 +367,16 @@ SiteLens SetSiteCamera(const fs::path& folder, const std::string& device_or_phot
     return SiteLens::kKept;
   }
   const Rgb8Image photo = ReadDisplayImage(device_or_photo);
-  const auto focal_mm = ReadExifFocalLength35mm(device_or_photo);
-  if (!focal_mm) {
-    throw std::runtime_error(device_or_photo +
-                             ": expected EXIF data with the focal length for 35 mm film; calibrate "
-                             "the lens: pleinair calibrate lens");
-  }
-  // Diagonal of 36 x 24 mm.
-  constexpr double kFilmDiagonalMm = 43.27;
-  CameraIntrinsics lens;
-  lens.width_px = photo.width;
-  lens.height_px = photo.height;
-  lens.fx_px = lens.fy_px = *focal_mm / kFilmDiagonalMm * std::hypot(photo.width, photo.height);
-  lens.cx_px = 0.5 * (photo.width - 1);
-  lens.cy_px = 0.5 * (photo.height - 1);
   SiteLens outcome = SiteLens::kSet;
   EditSiteFile(folder, [&](Json& json) {
-    if (Has(json, "camera", "fx")) {
-      outcome = json.contains("note_lens") ? SiteLens::kReplaced : SiteLens::kKept;
+    const bool has_lens = Has(json, "camera", "fx");
+    if (has_lens && !json.contains("note_lens")) {
+      outcome = SiteLens::kKept;  // A calibrated one is better.
+      return;
     }
-    if (outcome == SiteLens::kKept) return;  // A calibrated one is better.
-    json["camera"].merge_patch(JsonOf(lens));
-    json["note_lens"] = fmt::format("from EXIF data: {:g} mm for 35 mm film", *focal_mm);
+    const Json before = has_lens ? json["camera"] : Json();
+    json["camera"].merge_patch(JsonOf(LensOfPhoto(device_or_photo, photo, json["note_lens"])));
+    if (has_lens && json["camera"] != before) outcome = SiteLens::kReplaced;
   });
   return outcome;
 }

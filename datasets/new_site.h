@@ -71,7 +71,11 @@ void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<st
 // Sets a device or a camera's identity, for live runs. Or uses a photograph: its size and EXIF
 // focal length are a first lens, also in place of another photograph's; not where the site has a
 // calibrated lens. Throws std::runtime_error for a picture that cannot be read.
-enum class SiteLens { kSet, kReplaced, kKept };
+enum class SiteLens {
+  kSet,       // As the photograph has it.
+  kReplaced,  // The same, where there was that of another photograph.
+  kKept,      // As it was.
+};
 SiteLens SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
 // Replaces the lens, and notes about it.
 void SetSiteLens(const std::filesystem::path& folder, const CameraIntrinsics& lens);

@@ -92,7 +92,7 @@ class FisheyeLightingSource final : public LightingSource {
     if (frame.noise != nullptr) {
       ApplySignalNoise(*frame.noise, frame.exposure.value_or(1.0), samples_);
     }
-    LightingPrior prior = MakeClimatePrior(observation.clear_sky, 1, observation.frame.weather);
+    LightingPrior prior = MakeClimatePrior(observation.clear_sky, 1);
     Lighting& lighting = estimate.lighting;
     const glm::dvec3& sky = lighting.sky[0].irradiance_rgb;
     for (int c = 0; c < 3; ++c) {

@@ -11,7 +11,6 @@
 
 #include "estimation/internal/seconds_between.h"
 #include "estimation/light_component.h"
-#include "estimation/lighting_source.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
 
@@ -54,10 +53,6 @@ constexpr double kUnstatedDeviation = 0.05;
 // A change of less than this share of a light is no cloud; it fades with this time constant.
 constexpr double kCreep = 0.03;
 constexpr double kFadingS = 0.2;
-
-bool FitsFarWorse(double misfit, double than) {
-  return misfit > kLargestTrustedResidual && misfit > kFarWorse * than;
-}
 
 // Not IsFinite: that would hide the one for vectors here.
 bool HasFiniteValues(const Lighting& lighting) {
@@ -118,16 +113,14 @@ void AddDoubt(const Lighting& raw, FilteredLighting& result) {
   Lighting& lighting = result.lighting;
   if (!HasCovariance(lighting)) return;
   const std::size_t side = SideOf(lighting);
-  const auto add = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t u = begin; u < end; ++u) {
-      for (std::size_t v = begin; v < end; ++v) {
-        lighting.covariance[u * side + v] += (Component(raw, u) - Component(lighting, u)) *
-                                             (Component(raw, v) - Component(lighting, v));
-      }
+  const std::size_t begin = result.sun.held ? 0 : 3;
+  const std::size_t end = result.sky.held ? side : 3;
+  for (std::size_t u = begin; u < end; ++u) {
+    for (std::size_t v = begin; v < end; ++v) {
+      lighting.covariance[u * side + v] += (Component(raw, u) - Component(lighting, u)) *
+                                           (Component(raw, v) - Component(lighting, v));
     }
-  };
-  if (result.sun.held) add(0, 3);
-  if (result.sky.held) add(3, side);
+  }
 }
 
 }  // namespace
@@ -150,25 +143,29 @@ LightingFilter::LightingFilter(const LightingFilterOptions& options) : options_(
   options_.Validate();
 }
 
-FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, double misfit) {
+FilteredLighting LightingFilter::Apply(const Lighting& raw,
+                                       LightUnits units,
+                                       double misfit,
+                                       double trusted_misfit) {
   if (!HasFiniteValues(raw)) return {raw, {}, {}};
   if (!entries_.empty() && Continues(raw, units)) {
-    const double elapsed_s = SecondsBetween(entries_.back().lighting.time, raw.time);
+    const double elapsed_s = SecondsBetween(last_time_, raw.time);
     if (elapsed_s < 0.0 && ++late_frames_ < kLateFramesToStartAnew) return {raw, {}, {}};
     if (elapsed_s < 0.0) Restart(units);
   } else {
     Restart(units);
   }
   late_frames_ = 0;
+  last_time_ = raw.time;
   DropOldEntries(raw.time);
   Entry frame = EntryOf(raw, misfit);
-  const double before = MedianMisfit(entries_.size());
-  if (before > 0.0 && FitsFarWorse(frame.misfit, before) && HasRuns()) {
+  const double usual = entries_.size() >= kFramesThatHold ? MedianMisfit(entries_.size()) : 0.0;
+  const bool fits_far_worse = frame.misfit > trusted_misfit && frame.misfit > kFarWorse * usual;
+  if (usual > 0.0 && fits_far_worse && HasRuns()) {
     FilteredLighting held = Report(frame, true);
     Ease(frame, {}, held);
     return held;
   }
-  if (frame.misfit > 0.0 && FitsFarWorse(before, frame.misfit)) Restart(units);
   entries_.push_back(std::move(frame));
   usual_misfit_ = entries_.size() > kFramesThatHold ? MedianMisfit(entries_.size() - 1) : 0.0;
   std::array<bool, 2> has_ended{};

@@ -9,6 +9,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "estimation/lighting_source.h"
 #include "scene/lighting.h"
 
 namespace pleinair {
@@ -52,8 +53,7 @@ struct FilteredLighting {
 //   glitch  A frame that the next one does not confirm is left out.
 //   misfit  A frame whose model explains its picture far less well than those before, and too badly
 //           to be trusted, is held and changes nothing: a hand before the lens, a pose that is
-//           wrong. After memory_s of such frames they are the light. One that fits again ends their
-//           run at once.
+//           wrong. After memory_s of such frames they are the light.
 //   ramp    The run is as short as keeps the drift within the noise.
 //   creep   Where the run ends for less than 3 % of the light, the reported light fades to the new
 //           mean, time constant 0.2 s: a camera that moves on to other surfaces brings in their
@@ -77,10 +77,12 @@ class LightingFilter {
 
   // Returns the filtered light. `raw` is the next frame's own estimate; one with a value that is
   // not finite is returned unchanged. `misfit` is what is left between picture and model, as
-  // LightingEstimate::relative_residual has it; 0: unknown.
+  // LightingEstimate::relative_residual has it; 0: unknown. Up to `trusted_misfit` albedos explain
+  // it (TrustedResidual).
   FilteredLighting Apply(const Lighting& raw,
                          LightUnits units = LightUnits::kAbsolute,
-                         double misfit = 0.0);
+                         double misfit = 0.0,
+                         double trusted_misfit = kLargestTrustedResidual);
 
  private:
   static constexpr std::size_t kSun = 0;
@@ -119,6 +121,7 @@ class LightingFilter {
   LightingFilterOptions options_;
   LightUnits units_ = LightUnits::kAbsolute;
   int late_frames_ = 0;
+  UtcTime last_time_{};  // Of the last frame in order, held ones included.
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;
   // Median over the frames before the newest; 0 where they are few or their misfits are unknown.

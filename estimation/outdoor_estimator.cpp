@@ -163,11 +163,6 @@ void WidenHeldSky(LightingFit& fit) {
   Widen(glm::dvec3(0.0), sky, fit);
 }
 
-// The residual that the fit's own errors of albedo explain. Guessed albedos leave more.
-double TrustedResidual(const OutdoorConditions& conditions) {
-  return std::hypot(kLargestTrustedResidual, conditions.plane_albedo_stddev);
-}
-
 // Surfaces that differ more from the model than `trusted_residual` show something else, and say as
 // little of the light: a car before a wall in shade looks like less sky, and more sun.
 void WidenByMisfit(double trusted_residual, LightingFit& fit) {
@@ -253,6 +248,10 @@ void DescribeWeather(const WeatherBelief& belief,
 
 }  // namespace
 
+double TrustedResidual(double plane_albedo_stddev) {
+  return std::hypot(kLargestTrustedResidual, plane_albedo_stddev);
+}
+
 tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     std::span<DiffuseSample> samples, const OutdoorConditions& conditions) {
   const int sky_shapes = static_cast<int>(conditions.sky_shape_names.size());
@@ -282,14 +281,14 @@ tl::expected<LightingEstimate, LightingFailure> OutdoorEstimator::Estimate(
     fit = fitter_.Fit(samples, expectation.prior, sun_is_up);
     WidenHeldSky(fit);
   }
-  const double trusted_residual = TrustedResidual(conditions);
+  const double trusted_residual = TrustedResidual(conditions.plane_albedo_stddev);
   WidenByMisfit(trusted_residual, fit);
   if (fit.samples_used == 0 && !expectation.prior.SaysSomething()) {
     std::string reason =
         "no usable sample: expected a surface of the mesh in view that is neither clipped nor "
         "masked";
     // By night, or without a sun, neither would help.
-    if (sun_is_up) {
+    if (sun_is_up && IsKnown(conditions.clear_sky)) {
       reason += ", or, to fall back on earlier light and weather, ";
       reason += conditions.clear_sky.absolute ? "the frame's exposure"
                 : conditions.surveyed         ? "an environment map that shows the sky, from above "

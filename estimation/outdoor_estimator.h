@@ -35,6 +35,9 @@ struct OutdoorConditions {
   CameraErrors camera;
 };
 
+// The residual that the fit's own errors of albedo explain: guessed albedos leave more.
+double TrustedResidual(double plane_albedo_stddev);
+
 // Keeps its belief of the light from frame to frame. One thread at a time.
 class OutdoorEstimator {
  public:

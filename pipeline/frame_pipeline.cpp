@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "estimation/outdoor_estimator.h"
 #include "pipeline/daylight_colours.h"
 #include "pipeline/frame_view.h"
 #include "pipeline/internal/frame_effects.h"
@@ -235,8 +237,13 @@ void FramePipeline::MakeSunAhead(const Frame& frame) {
 void FramePipeline::FilterEstimate(FrameResult& result) {
   result.raw_lighting = result.estimate.lighting;
   if (!filter_) return;
-  FilteredLighting filtered =
-      filter_->Apply(result.raw_lighting, result.estimate.units, result.estimate.relative_residual);
+  // A source that sees the sky measures it whatever this camera's picture shows.
+  const bool sees_sky = !result.estimate.sky_radiance_rgb.empty();
+  FilteredLighting filtered = filter_->Apply(result.raw_lighting,
+                                             result.estimate.units,
+                                             result.estimate.relative_residual,
+                                             sees_sky ? std::numeric_limits<double>::infinity()
+                                                      : TrustedResidual(PlaneAlbedoStddev(scene_)));
   const glm::dvec3 raw_sky = result.raw_lighting.SkyIrradianceRgb();
   const glm::dvec3 sky = filtered.lighting.SkyIrradianceRgb();
   for (glm::dvec3& region : result.estimate.sky_radiance_rgb) {
@@ -248,7 +255,7 @@ void FramePipeline::FilterEstimate(FrameResult& result) {
 }
 
 void FramePipeline::ChooseDrawnLight(FrameLight& light) {
-  light.drawn_lighting = unproven_sun_.Without(light.estimate);
+  light.drawn_lighting = unproven_sun_.Without(light.estimate, light.sun_filter.held);
   light.is_drawn_without_sun = light.drawn_lighting.has_value();
   if (!options_.daylight_colours) return;
   auto coloured = WithDaylightColours(light.DrawnLighting());

@@ -52,7 +52,15 @@ Lighting LightWithoutSun(const Lighting& lighting) {
   return without;
 }
 
-std::optional<Lighting> UnprovenSun::Without(const LightingEstimate& estimate) {
+std::optional<Lighting> UnprovenSun::Without(const LightingEstimate& estimate, bool is_held) {
+  const Lighting& lighting = estimate.lighting;
+  if (is_held) return is_drawn_without_ ? std::optional(LightWithoutSun(lighting)) : std::nullopt;
+  std::optional<Lighting> without = WithoutUnlessHeld(estimate);
+  is_drawn_without_ = without.has_value();
+  return without;
+}
+
+std::optional<Lighting> UnprovenSun::WithoutUnlessHeld(const LightingEstimate& estimate) {
   const Lighting& lighting = estimate.lighting;
   if (!estimate.weather_shares || ModelMismatch(estimate)) return std::nullopt;
   if (LightIsKnown(lighting)) {

@@ -25,12 +25,16 @@ Lighting LightWithoutSun(const Lighting& lighting);
 // Takes a camera's frames one after another. One thread at a time.
 class UnprovenSun {
  public:
-  // Returns the light to draw the frame in; none where it is the estimate's.
-  std::optional<Lighting> Without(const LightingEstimate& estimate);
+  // Returns the light to draw the frame in; none where it is the estimate's. `is_held`: the light
+  // is that of the frames before, and so is the answer.
+  std::optional<Lighting> Without(const LightingEstimate& estimate, bool is_held = false);
 
  private:
+  std::optional<Lighting> WithoutUnlessHeld(const LightingEstimate& estimate);
+
   std::optional<UtcTime> last_known_;
-  bool was_without_ = true;
+  bool was_without_ = true;  // As far as that was asked.
+  bool is_drawn_without_ = false;
 };
 
 }  // namespace pleinair

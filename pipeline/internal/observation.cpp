@@ -15,14 +15,14 @@ std::optional<SurveyedLight> SurveyedLightOf(const PreparedScene& scene,
                        light.sun_hidden};
 }
 
+}  // namespace
+
 // Errors of guesses differ mostly between surfaces: a person compares with neighbouring surfaces.
 double PlaneAlbedoStddev(const PreparedScene& scene) {
   constexpr double kPartOfEach = 0.7;
   const glm::dvec3& stddev = scene.albedo_stddev_rgb;
   return scene.survey ? 0.0 : kPartOfEach * (stddev.x + stddev.y + stddev.z) / 3.0;
 }
-
-}  // namespace
 
 LightingObservation Observe(const PreparedScene& scene,
                             const ScaledClearSky& clear_sky,

@@ -190,8 +190,8 @@ TEST(LightingFilterHardCases, FramesThatDoNotFitAtAllChangeNothing) {
   }
 }
 
-// But not for ever: after 2 s they are all that is known, and then the first frame that fits is the
-// light at once.
+// But not for ever: after nearly 2 s hardly anything else is remembered. The light that then comes
+// back is a step like any other.
 TEST(LightingFilterHardCases, FramesThatDoNotFitAreTheLightOnceNoOtherIsRemembered) {
   EstimateStream stream;
   stream.noise = 0.01;
@@ -205,9 +205,27 @@ TEST(LightingFilterHardCases, FramesThatDoNotFitAreTheLightOnceNoOtherIsRemember
     const bool is_bad = i >= 40 && i < 140;
     const FilteredLighting filtered =
         filter.Apply(raw[i], LightUnits::kAbsolute, is_bad ? 0.5 : kMisfit);
-    const bool is_held = i >= 40 && i < 100;
-    EXPECT_EQ(filtered.sun.held, is_held) << i;
-    EXPECT_LT(SunOff(filtered.lighting, is_held ? raw[0] : raw[i]), 0.1) << i;
+    const bool is_misfit = i >= 40 && i < 98;
+    EXPECT_EQ(filtered.sun.held, is_misfit || i == 140) << i;
+    EXPECT_LT(SunOff(filtered.lighting, is_misfit ? raw[0] : raw[i == 140 ? 139 : i]), 0.1) << i;
+  }
+}
+
+// Nor is one frame enough, that fits by chance, to hold others: at a site whose mesh lacks much, or
+// at the start. And guessed albedos leave a residual that is to be trusted.
+TEST(LightingFilterHardCases, OneFrameThatFitsByChanceHoldsNoOthers) {
+  EstimateStream stream;
+  stream.noise = 0.01;
+  const auto raw = stream.Make(90, [](int) { return TrueLight(); });
+  LightingFilter filter;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const bool fits = i == 0 || i == 40;
+    EXPECT_FALSE(filter.Apply(raw[i], LightUnits::kAbsolute, fits ? 0.05 : 0.4).sun.held) << i;
+  }
+  LightingFilter of_guesses;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const double misfit = i < 40 ? 0.1 : 0.25;
+    EXPECT_FALSE(of_guesses.Apply(raw[i], LightUnits::kAbsolute, misfit, 0.3).sun.held) << i;
   }
 }
 

@@ -352,6 +352,14 @@ TEST_F(MotionBlurHardCases, NeedsAnExposure) {
   EXPECT_GT(LastOf({Pillar()}, takes).bound, 1.0);
 }
 
+// Milliseconds, say, where seconds are meant: the motion is known from frame to frame only.
+TEST_F(MotionBlurHardCases, IsBlurredOverNoMoreThanAFrameLasts) {
+  const std::vector<std::pair<double, glm::dmat4>> takes{{0.0, At(0.0)}, {0.04, At(0.05)}};
+  const Shot longest = LastOf({Pillar()}, takes, EffectSwitch::kOn, 0.04);
+  EXPECT_TRUE(longest.has_run);
+  ExpectSame(longest, LastOf({Pillar()}, takes, EffectSwitch::kOn, 20.0));
+}
+
 // A metre is 33 pixels; 0.1 m a frame is a motion, from the second frame on.
 TEST_F(MotionBlurHardCases, DoesNotBlurOverACut) {
   ExpectSharp({{0.0, At(0.0)}, {0.04, At(0.0)}, {0.08, At(1.0)}}, "nothing moves");

@@ -131,6 +131,19 @@ TEST(UnprovenSun, DoesNotComeAndGoWithASmallDoubt) {
   EXPECT_TRUE(sun.Without(with_probability(0.59)));
 }
 
+// A held frame has the light of those before it, whatever its own picture seems to show.
+TEST(UnprovenSun, HeldFramesAreDrawnAsTheOnesBefore) {
+  LightingEstimate covered = Estimate(kUnknown, {0.0, 0.0, 1.0});
+  covered.relative_residual = 2.0;
+  UnprovenSun without;
+  EXPECT_TRUE(without.Without(Estimate(kUnknown, kUnsure)));
+  EXPECT_TRUE(without.Without(covered, true));
+  EXPECT_FALSE(without.Without(covered, false));
+  UnprovenSun with;
+  EXPECT_FALSE(with.Without(Estimate(kKnown, kUnsure)));
+  EXPECT_FALSE(with.Without(Estimate(kUnknown, kUnsure), true));
+}
+
 // Before sunrise all is known of a sun that is not there, and nothing of the day's.
 TEST(UnprovenSun, IsNotKnownByNight) {
   LightingEstimate night = Estimate(kUnknown, kUnsure);
