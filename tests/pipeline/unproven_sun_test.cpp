@@ -140,8 +140,10 @@ TEST(UnprovenSun, HeldFramesAreDrawnAsTheOnesBefore) {
   EXPECT_TRUE(without.Without(covered, true));
   EXPECT_FALSE(without.Without(covered, false));
   UnprovenSun with;
-  EXPECT_FALSE(with.Without(Estimate(kKnown, kUnsure)));
-  EXPECT_FALSE(with.Without(Estimate(kUnknown, kUnsure), true));
+  EXPECT_FALSE(with.Without(Estimate(kUnknown, {0.0, 0.0, 1.0})));
+  const LightingEstimate overcast = Estimate(kUnknown, {1.0, 0.0, 0.0});
+  EXPECT_FALSE(with.Without(overcast, true));
+  EXPECT_TRUE(with.Without(overcast, false));
 }
 
 // Before sunrise all is known of a sun that is not there, and nothing of the day's.
