@@ -121,8 +121,10 @@ void RefuseWhatDoesNotHold(const RunCommandOptions& options) {
   RefuseWithoutCamera(options.duration_s.has_value(), "--duration");
 }
 
-// A stream whose reader does not read keeps no interrupted run.
-void EndWaitingOnceSet(const StopFlag& stop, RunOutput& output, const std::stop_token& is_over) {
+// An interrupted run does not wait for a stream's reader that does not read.
+void StopWaitingForReadersOnceSet(const StopFlag& stop,
+                                  RunOutput& output,
+                                  const std::stop_token& is_over) {
   constexpr std::chrono::milliseconds kBetweenLooks{20};
   while (!is_over.stop_requested() && !stop.IsSet()) std::this_thread::sleep_for(kBetweenLooks);
   if (stop.IsSet()) output.StopWaitingForReaders();
@@ -167,7 +169,7 @@ void RunRecorded(const RunCommandOptions& options) {
   report.settings = DescribeSettings(options, *loaded, count, run.Renderer());
   const StopFlag stop;
   const std::jthread ending(
-      [&](const std::stop_token& is_over) { EndWaitingOnceSet(stop, output, is_over); });
+      [&](const std::stop_token& is_over) { StopWaitingForReadersOnceSet(stop, output, is_over); });
   std::string stopped;
   std::int64_t taken = 0;
   while (stopped.empty() && (!options.frames_limit || taken < *options.frames_limit)) {

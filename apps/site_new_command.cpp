@@ -56,33 +56,25 @@ std::string ApplyPlaceAndMesh(const SiteNewOptions& options) {
   return notes;
 }
 
-// Returns lines to print.
-std::string ApplyPhotograph(const SiteNewOptions& options) {
-  std::string notes;
-  switch (SetSiteCamera(options.folder, options.camera)) {
-    case SiteLens::kSet:
-      break;
+// A line to print.
+std::string NoteOn(SiteLens lens) {
+  switch (lens) {
     case SiteLens::kReplaced:
-      notes =
-          "note: its EXIF lens replaces the one from an earlier photograph; a pose that was "
-          "found with that one may be off\n";
-      break;
+      return "note: its EXIF lens replaces the one from an earlier photograph; a pose that was "
+             "found with that one may be off\n";
     case SiteLens::kKept:
-      notes = "note: its EXIF lens is not used: the site has a calibrated one\n";
+      return "note: its EXIF lens is not used: the site has a calibrated one\n";
+    case SiteLens::kAsAsked:
       break;
   }
-  return notes;
+  return {};
 }
 
 // Returns lines to print.
 std::string ApplyCamera(const SiteNewOptions& options) {
   std::string notes;
   if (!options.lens.empty()) SetSiteLens(options.folder, ReadCameraIntrinsics(options.lens));
-  if (std::filesystem::is_regular_file(options.camera)) {
-    notes = ApplyPhotograph(options);
-  } else if (!options.camera.empty()) {
-    SetSiteCamera(options.folder, options.camera);
-  }
+  if (!options.camera.empty()) notes = NoteOn(SetSiteCamera(options.folder, options.camera));
   if (!options.pose.empty()) SetSitePose(options.folder, ReadPoseFile(options.pose), std::nullopt);
   RequireBoth(!options.camera_at.empty(), !options.camera_to.empty(), "--camera-at, --camera-to");
   if (options.camera_at.empty()) return notes;

@@ -364,10 +364,10 @@ SiteLens SetSiteCamera(const fs::path& folder, const std::string& device_or_phot
   std::error_code error;
   if (!fs::is_regular_file(device_or_photo, error)) {
     EditSiteFile(folder, [&](Json& json) { json["camera_device"] = device_or_photo; });
-    return SiteLens::kKept;
+    return SiteLens::kAsAsked;
   }
   const Rgb8Image photo = ReadDisplayImage(device_or_photo);
-  SiteLens outcome = SiteLens::kSet;
+  SiteLens outcome = SiteLens::kAsAsked;
   EditSiteFile(folder, [&](Json& json) {
     const bool has_lens = Has(json, "camera", "fx");
     if (has_lens && !json.contains("note_lens")) {

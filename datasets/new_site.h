@@ -72,9 +72,9 @@ void SetDiffuseRegions(const std::filesystem::path& folder, const std::vector<st
 // focal length are a first lens, also in place of another photograph's; not where the site has a
 // calibrated lens. Throws std::runtime_error for a picture that cannot be read.
 enum class SiteLens {
-  kSet,       // As the photograph has it.
-  kReplaced,  // The same, where there was that of another photograph.
-  kKept,      // As it was.
+  kAsAsked,   // A photograph's; for a device none is asked for.
+  kReplaced,  // A photograph's, in place of another one's.
+  kKept,      // The calibrated one, not the photograph's.
 };
 SiteLens SetSiteCamera(const std::filesystem::path& folder, const std::string& device_or_photo);
 // Replaces the lens, and notes about it.

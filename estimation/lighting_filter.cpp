@@ -40,7 +40,8 @@ constexpr double kUsualScatter = 1.2;
 constexpr double kDeviationOfMisfit = 0.3;
 // A larger misfit does not make a frame blind to a cloud.
 constexpr double kMostMisfit = 0.2;
-// A frame fits far worse than others by this factor of the misfit, and where it is not trusted.
+// A frame fits far worse than others by this factor of the misfit, and where it is not trusted. The
+// usual scatter is far below it; a covered lens or a pose 15 deg off has 15 times as much and more.
 constexpr double kFarWorse = 2.0;
 // Steadier than that is a made-up stream, whose every rounding would be a change.
 constexpr double kLeastNoiseShare = 0.02;
