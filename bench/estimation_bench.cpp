@@ -11,6 +11,7 @@
 #include <benchmark/benchmark.h>
 #include <ceres/ceres.h>
 
+#include "estimation/light_change.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/outdoor_lighting_source.h"
 #include "estimation/sample_selection.h"
@@ -124,6 +125,30 @@ void AddSkyShapes(SurfaceView& view) {
     }
   }
 }
+
+// The change between two frames of 500 places each, by the places that both have.
+void FindLightChange(benchmark::State& state) {
+  SyntheticScene scene;
+  scene.albedo_noise = 0.1;
+  Lighting lighting;
+  lighting.sun.irradiance_rgb = scene.sun;
+  lighting.sky = {{"uniform", scene.sky}};
+  std::array<std::vector<DiffuseSample>, 2> frames;
+  for (std::vector<DiffuseSample>& frame : frames) {
+    frame = MakeSamples(scene);
+    for (std::size_t i = 0; i < frame.size(); ++i) {
+      // In no order, as places are that a camera moves past.
+      frame[i].place_world_m = {static_cast<float>(i * 7919 % frame.size()), 0.0f, 0.0f};
+    }
+    scene.sun *= 0.8;
+  }
+  LightChangeWatch watch;
+  std::size_t next = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(watch.Look(frames[next++ % frames.size()], lighting));
+  }
+}
+BENCHMARK(FindLightChange)->Unit(benchmark::kMicrosecond);
 
 // From pixels to covariance, with the sample set kept. Arguments: samples, sky shapes. The frames
 // differ by their noise, and after every 8th the light changes as behind a cloud. Each has just

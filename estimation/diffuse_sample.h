@@ -28,6 +28,8 @@ struct DiffuseSample {
   std::int32_t plane = 0;
   bool is_lit = false;  // By the sun, directly, as the model has it.
   glm::ivec2 pixel{0};
+  // Where it was drawn: the same from frame to frame while the place is in view.
+  glm::vec3 place_world_m{0.0f};
   int pixels = 1;  // The number of pixels that radiance_rgb is the mean of.
   // The last estimate gave it a robust weight of 0, or could not use it at all.
   bool is_rejected = false;

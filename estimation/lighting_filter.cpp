@@ -7,9 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
 
 #include "estimation/internal/seconds_between.h"
+#include "estimation/internal/square.h"
 #include "estimation/light_component.h"
 #include "scene/is_finite.h"
 #include "scene/upper_median.h"
@@ -18,6 +21,7 @@ namespace pleinair {
 namespace {
 
 using estimation_internal::SecondsBetween;
+using estimation_internal::Square;
 
 constexpr int kLateFramesToStartAnew = 3;
 // A run this short has not yet shown that it is more than noise or a ramp's passing value: it holds
@@ -54,6 +58,14 @@ constexpr double kUnstatedDeviation = 0.05;
 // A change of less than this share of a light is no cloud; it fades with this time constant.
 constexpr double kCreep = 0.03;
 constexpr double kFadingS = 0.2;
+// So does, with this one, what surfaces in common do not show: the errors of other surfaces, of a
+// tenth of a light and more, which at thirty frames a second are then below its noise.
+constexpr double kFadingOfUnseenS = 1.0;
+// The deviations by which what is seen may differ from a change that is followed at once.
+constexpr double kSeenSigmas = 2.0;
+// Relative: a step of the estimates that agrees with what is seen is no glitch, and all of it is
+// followed.
+constexpr double kAgreement = 0.25;
 
 // Not IsFinite: that would hide the one for vectors here.
 bool HasFiniteValues(const Lighting& lighting) {
@@ -144,12 +156,13 @@ LightingFilter::LightingFilter(const LightingFilterOptions& options) : options_(
   options_.Validate();
 }
 
-FilteredLighting LightingFilter::Apply(const Lighting& raw,
-                                       LightUnits units,
-                                       double misfit,
-                                       double trusted_misfit) {
-  if (!HasFiniteValues(raw)) return {raw, {}, {}};
+FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, const FrameFit& fit) {
+  if (!HasFiniteValues(raw)) {
+    since_last_entry_.reset();
+    return {raw, {}, {}};
+  }
   if (!entries_.empty() && Continues(raw, units)) {
+    AddToStepsSinceEntry(StepsOf(raw, fit.change));
     const double elapsed_s = SecondsBetween(last_time_, raw.time);
     if (elapsed_s < 0.0 && ++late_frames_ < kLateFramesToStartAnew) return {raw, {}, {}};
     if (elapsed_s < 0.0) Restart(units);
@@ -159,26 +172,29 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw,
   late_frames_ = 0;
   last_time_ = raw.time;
   DropOldEntries(raw.time);
-  Entry frame = EntryOf(raw, misfit);
+  Entry frame = EntryOf(raw, fit);
   const double usual = entries_.size() >= kFramesThatHold ? MedianMisfit(entries_.size()) : 0.0;
-  const bool fits_far_worse = frame.misfit > trusted_misfit && frame.misfit > kFarWorse * usual;
+  const bool fits_far_worse = frame.misfit > fit.trusted_misfit && frame.misfit > kFarWorse * usual;
   if (usual > 0.0 && fits_far_worse && HasRuns()) {
     FilteredLighting held = Report(frame, true);
     Ease(frame, {}, held);
     return held;
   }
   entries_.push_back(std::move(frame));
+  since_last_entry_.emplace();
   usual_misfit_ = entries_.size() > kFramesThatHold ? MedianMisfit(entries_.size() - 1) : 0.0;
-  std::array<bool, 2> has_ended{};
+  std::array<Ending, 2> endings;
   for (const std::size_t light : {kSun, kSky}) {
     UpdateNoise(light);
-    tracks_[light].noise_share = NoiseShare(light);
-    const std::size_t begin = tracks_[light].begin;
+    Track& track = tracks_[light];
+    track.noise_share = NoiseShare(light);
+    const Span last_run{track.begin, entries_.size() - (track.pending ? 2 : 1)};
     UpdateRun(light);
-    has_ended[light] = tracks_[light].begin > begin;
+    if (track.begin == last_run.begin) continue;
+    endings[light] = {true, ChangeBetween(light, last_run, {track.begin, EndOfRun(light)})};
   }
   FilteredLighting result = Report(entries_.back(), false);
-  Ease(entries_.back(), has_ended, result);
+  Ease(entries_.back(), endings, result);
   return result;
 }
 
@@ -191,6 +207,7 @@ bool LightingFilter::Continues(const Lighting& raw, LightUnits units) const {
 void LightingFilter::Restart(LightUnits units) {
   units_ = units;
   late_frames_ = 0;
+  since_last_entry_.emplace();
   entries_.clear();
   tracks_ = {};
   reported_.clear();
@@ -206,10 +223,51 @@ void LightingFilter::DropOldEntries(UtcTime now) {
   }
 }
 
-LightingFilter::Entry LightingFilter::EntryOf(const Lighting& raw, double misfit) const {
+std::optional<LightingFilter::Steps> LightingFilter::StepsOf(
+    const Lighting& raw, const std::optional<LightChange>& change) const {
+  if (!change) return std::nullopt;
+  const bool is_share = units_ == LightUnits::kRelativePerFrame;
+  const double sun_to_horizontal = SunToHorizontal(raw);
+  Steps steps;
+  for (int c = 0; c < 3; ++c) {
+    const double sun = change->sun_after_rgb[c];
+    const double sky = change->sky_after_rgb[c];
+    const double sun_variance = Square(change->sun_stddev_rgb[c]);
+    const double sky_variance = Square(change->sky_stddev_rgb[c]);
+    const double now = is_share ? sun_to_horizontal * sun + sky : 1.0;
+    const double before =
+        is_share ? sun_to_horizontal * change->sun_before_rgb[c] + change->sky_before_rgb[c] : 1.0;
+    if (!(now > 0.0) || !(before > 0.0)) return std::nullopt;
+    steps[kSun].value[c] = sun / now - change->sun_before_rgb[c] / before;
+    steps[kSky].value[c] = sky / now - change->sky_before_rgb[c] / before;
+    // As in EntryOf.
+    const double of_sun = is_share ? sun / now : 0.0;
+    const double of_sky = is_share ? sky / now : 0.0;
+    steps[kSun].variance[c] =
+        (Square(1.0 - of_sun * sun_to_horizontal) * sun_variance + Square(of_sun) * sky_variance) /
+        Square(now);
+    steps[kSky].variance[c] =
+        (Square(of_sky * sun_to_horizontal) * sun_variance + Square(1.0 - of_sky) * sky_variance) /
+        Square(now);
+  }
+  return steps;
+}
+
+void LightingFilter::AddToStepsSinceEntry(const std::optional<Steps>& steps) {
+  if (!steps) since_last_entry_.reset();
+  if (!since_last_entry_) return;
+  for (const std::size_t light : {kSun, kSky}) {
+    (*since_last_entry_)[light].value += (*steps)[light].value;
+    glm::dvec3& variance = (*since_last_entry_)[light].variance;
+    variance = glm::max(variance, (*steps)[light].variance);
+  }
+}
+
+LightingFilter::Entry LightingFilter::EntryOf(const Lighting& raw, const FrameFit& fit) const {
   Entry entry;
   entry.lighting = raw;
-  entry.misfit = std::isfinite(misfit) ? misfit : 0.0;
+  entry.since_last = since_last_entry_;
+  entry.misfit = std::isfinite(fit.misfit) ? fit.misfit : 0.0;
   const glm::dvec3 sun = raw.sun.irradiance_rgb;
   const glm::dvec3 sky = raw.SkyIrradianceRgb();
   const double sun_to_horizontal = SunToHorizontal(raw);
@@ -333,6 +391,48 @@ bool LightingFilter::Differ(const Mean& a, const Mean& b, double* sigmas) const 
   return in_sigmas > options_.change_sigmas;
 }
 
+std::optional<LightingFilter::Step> LightingFilter::ChangeBetween(std::size_t light,
+                                                                  const Span& from,
+                                                                  const Span& to) const {
+  glm::dvec3 since_first(0.0);
+  glm::dvec3 variance(0.0);
+  glm::dvec3 at_from(0.0);
+  glm::dvec3 at_to(0.0);
+  double from_weights = 0.0;
+  double to_weights = 0.0;
+  for (std::size_t i = from.begin; i < to.end; ++i) {
+    if (i > from.begin) {
+      if (!entries_[i].since_last) return std::nullopt;
+      const Step& step = (*entries_[i].since_last)[light];
+      since_first += step.value;
+      variance = glm::max(variance, step.variance);
+    }
+    const double weight = WeightOf(light, i);
+    if (i < from.end) {
+      at_from += weight * since_first;
+      from_weights += weight;
+    }
+    if (i >= to.begin) {
+      at_to += weight * since_first;
+      to_weights += weight;
+    }
+  }
+  if (!(from_weights > 0.0) || !(to_weights > 0.0)) return std::nullopt;
+  return Step{at_to / to_weights - at_from / from_weights, variance};
+}
+
+// The entry's step is no glitch where the surfaces that it has in common with the run show it.
+bool LightingFilter::IsSeenToChange(std::size_t light, const Span& run, std::size_t entry) const {
+  const std::optional<Step> seen = ChangeBetween(light, run, {entry, entry + 1});
+  if (!seen) return false;
+  const glm::dvec3 found =
+      MeanOver(light, entry, entry + 1).value - MeanOver(light, run.begin, run.end).value;
+  const double variance = Square(kSeenSigmas) * 3.0 * MeanOf(seen->variance);
+  const double size = glm::dot(seen->value, seen->value);
+  const glm::dvec3 apart = found - seen->value;
+  return size > variance && glm::dot(apart, apart) < Square(kAgreement) * size + variance;
+}
+
 void LightingFilter::UpdateRun(std::size_t light) {
   Track& track = tracks_[light];
   const std::size_t newest = entries_.size() - 1;
@@ -352,7 +452,8 @@ void LightingFilter::UpdateRun(std::size_t light) {
     return;
   }
   const bool as_before = !Differ(MeanOver(light, newest - 1, newest), own);
-  if (track.pending || as_before || run.frames < kFramesThatHold) {
+  if (track.pending || as_before || run.frames < kFramesThatHold ||
+      IsSeenToChange(light, {track.begin, run_end}, newest)) {
     track.begin = as_before ? newest - 1 : newest;
     track.pending = false;
     return;
@@ -442,36 +543,48 @@ FilteredLighting LightingFilter::Report(const Entry& frame, bool is_held) const 
   return result;
 }
 
+// Of a change of the mean the share that surfaces in common may have shown, by channel.
+glm::dvec3 LightingFilter::SeenShare(const glm::dvec3& change, const Step& seen) {
+  glm::dvec3 share(0.0);
+  for (int c = 0; c < 3; ++c) {
+    if (change[c] == 0.0) continue;
+    const double reach =
+        std::max(kSeenSigmas * std::sqrt(seen.variance[c]), kAgreement * std::abs(seen.value[c]));
+    const double followed = std::clamp(change[c], seen.value[c] - reach, seen.value[c] + reach);
+    share[c] = std::clamp(followed / change[c], 0.0, 1.0);
+  }
+  return share;
+}
+
 void LightingFilter::Ease(const Entry& frame,
-                          const std::array<bool, 2>& has_ended,
+                          const std::array<Ending, 2>& endings,
                           FilteredLighting& result) {
   Lighting& lighting = result.lighting;
   const std::size_t side = SideOf(lighting);
   const glm::dvec3 unit = frame.unit;
   const auto unit_of = [&unit](std::size_t u) { return unit[static_cast<int>(u % 3)]; };
-  double left = 0.0;
-  if (!reported_.empty()) {
-    const double elapsed_s = SecondsBetween(reported_time_, lighting.time);
-    left = std::exp(-std::max(0.0, elapsed_s) / kFadingS);
-  }
+  const bool has_reported = !reported_.empty();
+  const double elapsed_s =
+      has_reported ? std::max(0.0, SecondsBetween(reported_time_, lighting.time)) : 0.0;
   fading_.resize(side, 0.0);
   for (const std::size_t light : {kSun, kSky}) {
     const std::size_t begin = light == kSun ? 0 : 3;
     const std::size_t end = light == kSun ? 3 : side;
-    if (has_ended[light] && !reported_.empty()) {
-      double change = 0.0;
+    if (endings[light].has_ended && has_reported) {
+      glm::dvec3 change(0.0);
       double level = 0.0;
       for (std::size_t u = begin; u < end; ++u) {
         fading_[u] = reported_[u] - Component(lighting, u) / unit_of(u);
-        change += fading_[u];
+        change[static_cast<int>(u % 3)] -= fading_[u];
         level += reported_[u];
       }
-      if (std::abs(change) > kCreep * level) {
-        std::fill(fading_.begin() + static_cast<std::ptrdiff_t>(begin),
-                  fading_.begin() + static_cast<std::ptrdiff_t>(end),
-                  0.0);
-      }
+      const std::optional<Step>& seen = endings[light].seen;
+      const bool is_creep = std::abs(change.x + change.y + change.z) <= kCreep * level;
+      const glm::dvec3 share = seen ? SeenShare(change, *seen) : glm::dvec3(is_creep ? 0.0 : 1.0);
+      for (std::size_t u = begin; u < end; ++u) fading_[u] *= 1.0 - share[static_cast<int>(u % 3)];
+      fading_s_[light] = seen ? kFadingOfUnseenS : kFadingS;
     }
+    const double left = has_reported ? std::exp(-elapsed_s / fading_s_[light]) : 0.0;
     for (std::size_t u = begin; u < end; ++u) {
       fading_[u] *= left;
       double& component = Component(lighting, u);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -24,6 +25,17 @@ struct LightingFilterOptions {
 
   // Throws std::invalid_argument naming field and value.
   void Validate() const;
+};
+
+// How a frame's picture fits its model, and the frame before.
+struct FrameFit {
+  // What is left between picture and model, as LightingEstimate::relative_residual has it; 0:
+  // unknown.
+  double misfit = 0.0;
+  // Up to this one albedos explain it (TrustedResidual).
+  double trusted_misfit = kLargestTrustedResidual;
+  // Since the frame of the last call.
+  std::optional<LightChange> change = std::nullopt;
 };
 
 // The filter's result for one light: the sun, or the entire sky.
@@ -55,9 +67,11 @@ struct FilteredLighting {
 //           to be trusted, is held and changes nothing: a hand before the lens, a pose that is
 //           wrong. After memory_s of such frames they are the light.
 //   ramp    The run is as short as keeps the drift within the noise.
-//   creep   Where the run ends for less than 3 % of the light, the reported light fades to the new
-//           mean, time constant 0.2 s: a camera that moves on to other surfaces brings in their
-//           errors.
+//   seen    What surfaces that the frames have in common show of a step (LightChange) is followed
+//   at
+//           once, and not held. What they do not show are the errors of other surfaces, which a
+//           moving camera brings in: the reported light fades to the new mean, time constant 1 s.
+//   creep   Where they cannot tell, the light fades for less than 3 % of it, time constant 0.2 s.
 //   gap     After more than memory_s a frame is not filtered.
 //   order   A frame from before the last one is reported unfiltered and changes nothing. After
 //           three in a row, or one by more than memory_s, the clock was set back: the filter
@@ -76,13 +90,10 @@ class LightingFilter {
   explicit LightingFilter(const LightingFilterOptions& options = {});
 
   // Returns the filtered light. `raw` is the next frame's own estimate; one with a value that is
-  // not finite is returned unchanged. `misfit` is what is left between picture and model, as
-  // LightingEstimate::relative_residual has it; 0: unknown. Up to `trusted_misfit` albedos explain
-  // it (TrustedResidual).
+  // not finite is returned unchanged.
   FilteredLighting Apply(const Lighting& raw,
                          LightUnits units = LightUnits::kAbsolute,
-                         double misfit = 0.0,
-                         double trusted_misfit = kLargestTrustedResidual);
+                         const FrameFit& fit = {});
 
  private:
   static constexpr std::size_t kSun = 0;
@@ -94,8 +105,27 @@ class LightingFilter {
     glm::dvec3 variance{0.0};  // As stated, plus a little, so that it is never 0.
     bool left_out = false;
   };
+  // The change of one light in the filter's units, by the surfaces that frames have in common. A
+  // sum of steps is as uncertain as the least certain of them: most surfaces stay, so that the
+  // noise of a frame enters the steps before and after it with opposite signs.
+  struct Step {
+    glm::dvec3 value{0.0};
+    glm::dvec3 variance{0.0};
+  };
+  using Steps = std::array<Step, 2>;
+  // Entries of a run, from `begin` up to before `end`.
+  struct Span {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+  };
+  // Whether a run has ended in this call, and what surfaces in common say of the change.
+  struct Ending {
+    bool has_ended = false;
+    std::optional<Step> seen;
+  };
   struct Entry {
     Lighting lighting;
+    std::optional<Steps> since_last;  // Since the entry before.
     double misfit = 0.0;
     glm::dvec3 unit{1.0};  // The value that is 1 in the filter's units.
     std::array<Reading, 2> readings;
@@ -121,7 +151,8 @@ class LightingFilter {
   LightingFilterOptions options_;
   LightUnits units_ = LightUnits::kAbsolute;
   int late_frames_ = 0;
-  UtcTime last_time_{};  // Of the last frame in order, held ones included.
+  UtcTime last_time_{};                    // Of the last frame in order, held ones included.
+  std::optional<Steps> since_last_entry_;  // Until the frame at last_time_.
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;
   // Median over the frames before the newest; 0 where they are few or their misfits are unknown.
@@ -129,12 +160,15 @@ class LightingFilter {
   // In the order of Lighting::covariance, in the filter's units.
   std::vector<double> reported_;  // Last, at reported_time_.
   UtcTime reported_time_{};
-  std::vector<double> fading_;  // The part of it that still fades.
+  std::vector<double> fading_;                // The part of it that still fades.
+  std::array<double, 2> fading_s_{1.0, 1.0};  // With this time constant, of sun and sky.
 
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
   void DropOldEntries(UtcTime now);
-  Entry EntryOf(const Lighting& raw, double misfit) const;
+  Entry EntryOf(const Lighting& raw, const FrameFit& fit) const;
+  std::optional<Steps> StepsOf(const Lighting& raw, const std::optional<LightChange>& change) const;
+  void AddToStepsSinceEntry(const std::optional<Steps>& steps);
   void UpdateNoise(std::size_t light);
   double NoiseShare(std::size_t light) const;
   double MedianMisfit(std::size_t entries) const;
@@ -142,6 +176,10 @@ class LightingFilter {
   double WeightOf(std::size_t light, std::size_t entry) const;
   Mean MeanOver(std::size_t light, std::size_t begin, std::size_t end) const;
   bool Differ(const Mean& a, const Mean& b, double* sigmas = nullptr) const;
+  // What surfaces in common say of the change from one mean of entries to a later one.
+  std::optional<Step> ChangeBetween(std::size_t light, const Span& from, const Span& to) const;
+  bool IsSeenToChange(std::size_t light, const Span& run, std::size_t entry) const;
+  static glm::dvec3 SeenShare(const glm::dvec3& change, const Step& seen);
   void UpdateRun(std::size_t light);
   void CutWhereItChanged(std::size_t light);
   std::size_t EndOfRun(std::size_t light) const;
@@ -149,8 +187,8 @@ class LightingFilter {
   bool HasRuns() const;
   // The runs' light in the units and at the time of `frame`, which is held or the last entry.
   FilteredLighting Report(const Entry& frame, bool is_held) const;
-  // Fades the old light where a run has just ended for a small change.
-  void Ease(const Entry& frame, const std::array<bool, 2>& has_ended, FilteredLighting& result);
+  // Fades the old light where a run has just ended for a change that is small or not seen.
+  void Ease(const Entry& frame, const std::array<Ending, 2>& endings, FilteredLighting& result);
 };
 
 }  // namespace pleinair

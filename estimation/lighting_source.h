@@ -15,6 +15,7 @@
 #include "calib/response_correction.h"
 #include "estimation/diffuse_sample.h"
 #include "estimation/exposure_change.h"
+#include "estimation/light_change.h"
 #include "estimation/sky_climate.h"
 #include "estimation/weather_belief.h"
 #include "scene/camera.h"
@@ -57,6 +58,8 @@ struct LightingEstimate {
   ResponseCorrection response;
   // Since the last frame; only for light that is relative per frame.
   ExposureChange exposure_change;
+  // Since the last estimate, by the surfaces that both frames show; none where they do not tell.
+  std::optional<LightChange> light_change;
   bool sun_observable = false;
   int samples_used = 0;
   double inlier_fraction = 0.0;

@@ -10,6 +10,7 @@
 
 #include "estimation/camera_errors.h"
 #include "estimation/exposure_change.h"
+#include "estimation/light_change.h"
 #include "estimation/outdoor_estimator.h"
 #include "estimation/sample_noise.h"
 #include "estimation/sample_selection.h"
@@ -114,6 +115,7 @@ class OutdoorLightingSource final : public LightingSource {
                                  " clipped, black or of a plane that mostly is)";
       return estimate;
     }
+    estimate->light_change = light_change_watch_.Look(samples_, estimate->lighting);
     estimate->new_sample_set_ms = new_sample_set_ms;
     return estimate;
   }
@@ -128,6 +130,7 @@ class OutdoorLightingSource final : public LightingSource {
   std::vector<DiffuseSample> samples_;
   OutdoorEstimator estimator_;
   ExposureWatch exposure_watch_;
+  LightChangeWatch light_change_watch_;
   TextureWatch texture_watch_;
   // The key of the set.
   bool drawn_ = false;

@@ -434,6 +434,7 @@ int SampleSet::Measure(const glm::dvec3& sun_direction_enu,
     sample.plane = footprint.plane;
     sample.is_lit = footprint.is_lit;
     sample.pixel = {footprint.x, footprint.y};
+    sample.place_world_m = footprint.place_world_m;
   }
   return Size() - static_cast<int>(samples.size());
 }

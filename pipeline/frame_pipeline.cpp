@@ -239,11 +239,11 @@ void FramePipeline::FilterEstimate(FrameResult& result) {
   if (!filter_) return;
   // A source that sees the sky measures it whatever this camera's picture shows.
   const bool sees_sky = !result.estimate.sky_radiance_rgb.empty();
-  FilteredLighting filtered = filter_->Apply(result.raw_lighting,
-                                             result.estimate.units,
-                                             result.estimate.relative_residual,
-                                             sees_sky ? std::numeric_limits<double>::infinity()
-                                                      : TrustedResidual(PlaneAlbedoStddev(scene_)));
+  const FrameFit fit{.misfit = result.estimate.relative_residual,
+                     .trusted_misfit = sees_sky ? std::numeric_limits<double>::infinity()
+                                                : TrustedResidual(PlaneAlbedoStddev(scene_)),
+                     .change = result.estimate.light_change};
+  FilteredLighting filtered = filter_->Apply(result.raw_lighting, result.estimate.units, fit);
   const glm::dvec3 raw_sky = result.raw_lighting.SkyIrradianceRgb();
   const glm::dvec3 sky = filtered.lighting.SkyIrradianceRgb();
   for (glm::dvec3& region : result.estimate.sky_radiance_rgb) {

@@ -109,8 +109,8 @@ TEST(LightingFilterHardCases, FramesThatFitLessMoveNothing) {
   LightingFilter undisturbed;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const FilteredLighting filtered =
-        filter.Apply(raw[i], LightUnits::kAbsolute, is_bad(i) ? 3.0 * kMisfit : kMisfit);
-    const FilteredLighting expected = undisturbed.Apply(clean[i], LightUnits::kAbsolute, kMisfit);
+        filter.Apply(raw[i], LightUnits::kAbsolute, {is_bad(i) ? 3.0 * kMisfit : kMisfit});
+    const FilteredLighting expected = undisturbed.Apply(clean[i], LightUnits::kAbsolute, {kMisfit});
     EXPECT_LT(SunOff(filtered.lighting, expected.lighting), 0.004) << i;
     EXPECT_NEAR(
         filtered.lighting.SkyIrradianceRgb().x / expected.lighting.SkyIrradianceRgb().x, 1.0, 0.01)
@@ -142,7 +142,7 @@ TEST(LightingFilterHardCases, FramesThatFitLessFollowACloud) {
         LightingFilter filter;
         for (std::size_t i = 0; i < raw.size(); ++i) {
           const FilteredLighting filtered =
-              filter.Apply(raw[i], LightUnits::kAbsolute, i < 45 ? kMisfit : misfit);
+              filter.Apply(raw[i], LightUnits::kAbsolute, {i < 45 ? kMisfit : misfit});
           if (i <= followed) continue;
           EXPECT_LT(SunOff(filtered.lighting, raw[i]), 0.015)
               << deviation << " " << misfit << " " << from << " " << to << " " << i;
@@ -169,8 +169,8 @@ TEST(LightingFilterHardCases, FramesThatDoNotFitAtAllChangeNothing) {
           raw[i].sun.irradiance_rgb *= 0.0;
           for (SkyComponent& sky : raw[i].sky) sky.irradiance_rgb *= factor;
         }
-        const FilteredLighting filtered = filter.Apply(raw[i], units, is_bad(i) ? 0.5 : kMisfit);
-        const FilteredLighting expected = undisturbed.Apply(clean[i], units, kMisfit);
+        const FilteredLighting filtered = filter.Apply(raw[i], units, {is_bad(i) ? 0.5 : kMisfit});
+        const FilteredLighting expected = undisturbed.Apply(clean[i], units, {kMisfit});
         EXPECT_EQ(filtered.sun.held, is_bad(i)) << i;
         EXPECT_EQ(filtered.sky.held, is_bad(i)) << i;
         const auto ratio = [](const FilteredLighting& light) {
@@ -204,7 +204,7 @@ TEST(LightingFilterHardCases, FramesThatDoNotFitAreTheLightOnceNoOtherIsRemember
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const bool is_bad = i >= 40 && i < 140;
     const FilteredLighting filtered =
-        filter.Apply(raw[i], LightUnits::kAbsolute, is_bad ? 0.5 : kMisfit);
+        filter.Apply(raw[i], LightUnits::kAbsolute, {is_bad ? 0.5 : kMisfit});
     const bool is_misfit = i >= 40 && i < 98;
     EXPECT_EQ(filtered.sun.held, is_misfit || i == 140) << i;
     EXPECT_LT(SunOff(filtered.lighting, is_misfit ? raw[0] : raw[i == 140 ? 139 : i]), 0.1) << i;
@@ -220,12 +220,12 @@ TEST(LightingFilterHardCases, OneFrameThatFitsByChanceHoldsNoOthers) {
   LightingFilter filter;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const bool fits = i == 0 || i == 40;
-    EXPECT_FALSE(filter.Apply(raw[i], LightUnits::kAbsolute, fits ? 0.05 : 0.4).sun.held) << i;
+    EXPECT_FALSE(filter.Apply(raw[i], LightUnits::kAbsolute, {fits ? 0.05 : 0.4}).sun.held) << i;
   }
   LightingFilter of_guesses;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     const double misfit = i < 40 ? 0.1 : 0.25;
-    EXPECT_FALSE(of_guesses.Apply(raw[i], LightUnits::kAbsolute, misfit, 0.3).sun.held) << i;
+    EXPECT_FALSE(of_guesses.Apply(raw[i], LightUnits::kAbsolute, {misfit, 0.3}).sun.held) << i;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <glm/common.hpp>
 
 #include "estimation/outdoor_lighting_source.h"
 #include "tests/estimation/synthetic_stream.h"
@@ -163,6 +164,90 @@ TEST(LightingFilter, FadesWhatIsTooSmallForACloud) {
     }
     const auto later = static_cast<std::size_t>(62 + std::lround(0.5 * rate));
     EXPECT_NEAR(followed.sky[later], new_level, 0.2 * (new_level - old_level)) << rate;
+  }
+}
+
+// What surfaces that both frames show have of the change between two lights.
+LightChange Seen(const TrueLight& before, const TrueLight& after) {
+  return {before.sun,
+          before.sky,
+          after.sun,
+          after.sky,
+          0.001 * glm::max(before.sun, after.sun),
+          0.001 * glm::max(before.sky, after.sky)};
+}
+
+constexpr LightUnits kBothUnits[] = {LightUnits::kAbsolute, LightUnits::kRelativePerFrame};
+
+// A step that the same surfaces show is no glitch: the frame that shows it has the new light.
+TEST(LightingFilter, FollowsAtOnceWhatTheSameSurfacesShow) {
+  EstimateStream stream;
+  stream.noise = 0.003;
+  const auto light_of = [](int i) { return WithSun(i >= 30 && i < 60 ? 0.3 : 1.0); };
+  const auto raw = stream.Make(90, light_of);
+  for (const LightUnits units : kBothUnits) {
+    LightingFilter filter;
+    for (std::size_t i = 0; i < raw.size(); ++i) {
+      FrameFit fit;
+      const auto frame = static_cast<int>(i);
+      if (i > 0) fit.change = Seen(light_of(frame - 1), light_of(frame));
+      const FilteredLighting filtered = filter.Apply(raw[i], units, fit);
+      if (i != 30 && i != 60) continue;
+      EXPECT_FALSE(filtered.sun.held) << i;
+      EXPECT_FALSE(filtered.sky.held) << i;
+      EXPECT_NEAR(Mean(filtered.lighting.sun.irradiance_rgb),
+                  Mean(raw[i].sun.irradiance_rgb),
+                  0.01 * Mean(raw[i].sun.irradiance_rgb));
+      EXPECT_NEAR(Mean(filtered.lighting.SkyIrradianceRgb()),
+                  Mean(raw[i].SkyIrradianceRgb()),
+                  0.01 * Mean(raw[i].SkyIrradianceRgb()));
+    }
+  }
+}
+
+// A camera turns to surfaces on which the sky is 15 % more, while those that stay in view show that
+// the light is as it was. In the second case a hand is before the lens in between, which these show
+// as well; in the third a cloud comes with the other surfaces.
+TEST(LightingFilter, FadesWhatTheSameSurfacesDoNotShow) {
+  enum class Case { kSurfaces, kHand, kCloud };
+  EstimateStream stream;
+  stream.noise = 0.002;
+  for (const LightUnits units : kBothUnits) {
+    for (const Case which : {Case::kSurfaces, Case::kHand, Case::kCloud}) {
+      const auto is_hand = [which](int i) { return which == Case::kHand && i >= 50 && i < 56; };
+      const auto light_of = [&](int i) {
+        TrueLight light;
+        if (which == Case::kCloud && i >= 60) light.sun *= 0.5;
+        if (is_hand(i)) light.sky *= 0.1;
+        return light;
+      };
+      const auto raw = stream.Make(150, [&](int i) {
+        TrueLight light = light_of(i);
+        if (i >= 60) light.sky *= 1.15;
+        return light;
+      });
+      LightingFilter filter;
+      std::vector<Lighting> filtered;
+      for (std::size_t i = 0; i < raw.size(); ++i) {
+        const auto frame = static_cast<int>(i);
+        FrameFit fit{.misfit = is_hand(frame) ? 0.5 : 0.05};
+        if (i > 0) fit.change = Seen(light_of(frame - 1), light_of(frame));
+        filtered.push_back(filter.Apply(raw[i], units, fit).lighting);
+      }
+      const Levels followed = LevelsOf(filtered);
+      const Levels own = LevelsOf(raw);
+      for (std::size_t i = 61; i < 150; ++i) {
+        EXPECT_LT(std::abs(followed.sky[i] / followed.sky[i - 1] - 1.0), 0.008) << i;
+        EXPECT_NEAR(followed.sun[i], own.sun[i], 0.03 * own.sun[0]) << i;
+      }
+      // The brightness of a relative light is that of its picture; a change of shares that is seen
+      // for the most part is followed completely.
+      const double most = units == LightUnits::kAbsolute ? 1.03
+                          : which == Case::kCloud        ? 1.2
+                                                         : 1.06;
+      EXPECT_LT(followed.sky[60], most * own.sky[40]);
+      EXPECT_GT(followed.sky[149], 1.13 * own.sky[40]);
+    }
   }
 }
 
