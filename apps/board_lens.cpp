@@ -130,11 +130,24 @@ BoardLens FitBoards(std::span<const SeenBoard> pictures, std::optional<LensModel
   for (RejectedPicture& blurred : TakeOutBlurred(boards)) {
     lens.unused.push_back(std::move(blurred));
   }
+  const std::vector<RejectedPicture> repeated = TakeOutRepeated(boards);
+  lens.repeated = repeated.size();
+  lens.unused.insert(lens.unused.end(), repeated.begin(), repeated.end());
   if (boards.empty()) {
     lens.doubt = "expected pictures of a board of so many inner corners, found none";
     if (!lens.unused.empty()) {
       lens.doubt += "; " + lens.unused[0].name + ": " + lens.unused[0].reason;
     }
+    return lens;
+  }
+  constexpr std::size_t kFewestViews = 3;  // Of any lens.
+  if (lens.repeated > 0 && boards.size() < kFewestViews) {
+    lens.doubt = fmt::format(
+        "expected {} different views of the board or more, found {} (pictures that show it where "
+        "another one does: {})",
+        kFewestViews,
+        boards.size(),
+        lens.repeated);
     return lens;
   }
   try {

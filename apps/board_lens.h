@@ -61,8 +61,10 @@ std::vector<SeenBoard> LookAtAll(const LensPictures& pictures, const Calibration
 // What boards give.
 struct BoardLens {
   std::optional<LensChoice> choice;
-  std::string doubt;                    // Why there is none, or it is not credible; or empty.
-  std::vector<RejectedPicture> unused;  // Those not fitted at all: unread, without board, blurred.
+  std::string doubt;  // Why there is none, or it is not credible; or empty.
+  // Those not fitted at all: unread, without board, blurred, or as another one.
+  std::vector<RejectedPicture> unused;
+  std::size_t repeated = 0;  // How many of these show the board where another one does.
 };
 // `model`: none: the one that predicts held-out pictures better. Throws std::runtime_error where
 // not one of the pictures could be read.

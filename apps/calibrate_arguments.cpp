@@ -298,6 +298,10 @@ void AddCalibrate(CLI::App& app, Work& work) {
   curve.add_option("--curve", response->curve, "for the chart: monotone or logarithmic")
       ->type_name("NAME")
       ->check(CLI::IsMember({"monotone", "logarithmic"}));
+  curve.add_flag("--force",
+                 response->force,
+                 "write a bracket's curve that the pictures miss by more than 10 %, or that is "
+                 "nearly flat, too");
   curve.add_option("--out", response->out, "the response file")->type_name("FILE");
   curve.add_option("--site", response->site, "folder of the site whose camera gets the response")
       ->type_name("FOLDER");
@@ -375,6 +379,8 @@ void AddCalibrate(CLI::App& app, Work& work) {
   tie.add_option("--to-response,--room-response", colour->to_response, "the same of the other")
       ->type_name("FILE");
   tie.add_flag("--matrix", colour->matrix, "of a fish-eye: a 3x3 matrix, not a factor a channel");
+  tie.add_flag(
+      "--force", colour->force, "write factors of pairs that are off by more than 40 % (rms), too");
   tie.add_option("--out", colour->out, "where to write (default: the same file)")
       ->type_name("FILE");
 
@@ -401,6 +407,9 @@ void AddCalibrate(CLI::App& app, Work& work) {
   north.add_flag(
       "--levelled", orientation->levelled, "the axis points to the zenith: one sun is enough");
   north.add_flag("--mirrored", orientation->mirrored, "the picture is mirrored, as a map");
+  north.add_flag("--force",
+                 orientation->force,
+                 "write an orientation that misses the sun by more than 5 deg, or looks down, too");
   north.add_option("--out", orientation->out, "where to write (default: the same file)")
       ->type_name("FILE");
 }

@@ -63,6 +63,22 @@ std::string LeftOut(const std::filesystem::path& file, const std::string& messag
          "\n";
 }
 
+// Refuses a result that is not credible, or returns the line of a report that it was forced.
+std::string RefuseUnlessForced(const std::string& doubt, bool force) {
+  if (doubt.empty()) return {};
+  if (!force) throw std::runtime_error(doubt + "; --force writes it all the same");
+  return "forced: " + doubt + "\n";
+}
+
+std::string Describe(const std::filesystem::path& file, const BracketPicture& picture) {
+  if (!picture.reason.empty()) return LeftOut(file, picture.reason);
+  if (!picture.is_compared) return file.string() + ": not compared: too few pictures\n";
+  return Line("%s: light off by %+.1f %%, scatters by %.1f %%",
+              file.c_str(),
+              100.0 * std::expm1(picture.offset),
+              100.0 * picture.scatter);
+}
+
 // The bracket without unusable pictures, which the report names.
 ResponseFit FitReadableBracket(const CalibrateResponseOptions& options, std::string& report) {
   if (!options.exposures.empty()) ExposuresOf(options.pictures, options.exposures);  // One each.
@@ -89,14 +105,10 @@ ResponseFit FitReadableBracket(const CalibrateResponseOptions& options, std::str
   }
   if (pictures.size() < 2 && !first_reason.empty()) throw std::runtime_error(first_reason);
   const BracketFit fit = FitBracket(pictures);
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const BracketPicture& picture = fit.pictures[i];
-    report += picture.reason.empty() ? Line("%s: light off by %+.1f %%, scatters by %.1f %%",
-                                            files[i].c_str(),
-                                            100.0 * std::expm1(picture.offset),
-                                            100.0 * picture.scatter)
-                                     : LeftOut(files[i], picture.reason);
-  }
+  for (std::size_t i = 0; i < files.size(); ++i) report += Describe(files[i], fit.pictures[i]);
+  std::string doubt = DoubtAbout(fit.response);
+  if (!doubt.empty()) doubt += ": expected one view from a fixed camera, and the exposures of each";
+  report += RefuseUnlessForced(doubt, options.force);
   return fit.response;
 }
 
@@ -187,11 +199,13 @@ std::string TieSite(const CalibrateColourOptions& options, const std::filesystem
   const ColourTie tie = FitColourTie(
       ColourPairs(options, options.from_response.empty() ? response : options.from_response),
       ColourTieKind::kScale);
+  const std::string forced = RefuseUnlessForced(DoubtAbout(tie), options.force);
   const double largest = WriteTiedResponse(
       ResponseFrom(response), tie, file, options.out.empty() ? file : options.out);
-  return DescribeTie(tie) + Line("the camera's 1 is %.5g of the other's; its response is now %s",
-                                 largest,
-                                 kSiteResponseFile);
+  return DescribeTie(tie) + forced +
+         Line("the camera's 1 is %.5g of the other's; its response is now %s",
+              largest,
+              kSiteResponseFile);
 }
 
 std::string Coordinate(double value) {
@@ -256,6 +270,9 @@ std::vector<NamedMark> Marks(const CalibrateOrientationOptions& options, const F
   return marks;
 }
 
+// The noise of long brackets of small sensors makes up to 0.25, other views 0.5 and more.
+constexpr double kMostDifference = 0.3;
+
 }  // namespace
 
 std::string RunCalibrateResponse(const CalibrateResponseOptions& options) {
@@ -302,8 +319,6 @@ std::string RunCalibrateMerge(const CalibrateMergeOptions& options) {
            options.pictures.size(),
            count(merged.clipped),
            count(merged.at_noise_floor));
-  // The noise of long brackets of small sensors makes up to 0.25, other views 0.5 and more.
-  constexpr double kMostDifference = 0.3;
   if (merged.median_difference > kMostDifference) {
     report += Line(
         "warning: the pictures differ by %.0f %% (median) where they should agree: expected one "
@@ -333,13 +348,20 @@ std::string RunCalibrateAverage(const CalibrateAverageOptions& options) {
     if (!std::isfinite(error.pixels[i].y)) continue;
     squares += error.pixels[i].y * error.pixels[i].y / static_cast<double>(mean.pixels.size());
   }
-  return Line(
+  std::string report = Line(
       "%d frames; standard error of the mean %.3g (rms, green) at mean %.3g; not finite: %lld "
       "pixels",
       average.FrameCount(),
       std::sqrt(squares),
       light,
       static_cast<long long>(average.LeftOutCount()));
+  if (const double scatter = average.MedianScatter(); scatter > kMostDifference) {
+    report += Line(
+        "warning: the frames differ by %.0f %% (median) where they should agree: expected one view "
+        "from a fixed camera, in one light",
+        100.0 * scatter);
+  }
+  return report;
 }
 
 std::string RunCalibrateColour(const CalibrateColourOptions& options) {
@@ -353,9 +375,10 @@ std::string RunCalibrateColour(const CalibrateColourOptions& options) {
   const ColourTie tie = FitColourTie(
       ColourPairs(options, options.from_response.empty() ? "srgb8" : options.from_response),
       options.matrix ? ColourTieKind::kMatrix : ColourTieKind::kScale);
+  const std::string forced = RefuseUnlessForced(DoubtAbout(tie), options.force);
   calibration.room_from_fisheye_rgb = tie.to_from_rgb;
   WriteWholeText(options.out.empty() ? file : options.out, FisheyeCalibrationText(calibration));
-  return DescribeTie(tie);
+  return DescribeTie(tie) + forced;
 }
 
 std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) {
@@ -379,24 +402,27 @@ std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options) 
     for (const NamedMark& mark : marks) pairs.push_back(mark.pair);
     fit = FitOrientation(pairs, {handedness});
   }
+  std::string doubt = DoubtAbout(fit);
+  if (!doubt.empty()) {
+    doubt += ": look at the order and signs of --site LAT,LON, the zone of --time, and --mirrored";
+  }
+  std::string report = RefuseUnlessForced(doubt, options.force);
   calibration.world_from_camera = fit.world_from_camera;
   WriteWholeText(options.out.empty() ? options.calibration : options.out,
                  FisheyeCalibrationText(calibration));
 
-  std::string report;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     report += Line("%s: off by %.3f deg%s",
                    marks[i].name.c_str(),
                    DegFromRad(fit.residual_rad[i]),
                    fit.counts[i] ? "" : ", left out");
   }
-  const glm::dvec3 axis = fit.world_from_camera[2];
   const glm::dvec3 up = -fit.world_from_camera[1];
   return report + Line(
                       "rms %.3f deg; the axis is %.2f deg from the zenith, the picture's up has "
                       "azimuth %.2f deg",
                       DegFromRad(fit.rms_rad),
-                      DegFromRad(std::atan2(std::hypot(axis.x, axis.y), axis.z)),
+                      DegFromRad(AxisFromZenithRad(fit)),
                       DegFromRad(std::atan2(up.x, up.y)) + (up.x < 0.0 ? 360.0 : 0.0));
 }
 

@@ -1,5 +1,6 @@
 // `pleinair calibrate`: camera files from pictures of charts, brackets, marks and the sun.
-// Each function writes its file, completely or not at all, and returns the report to print.
+// Each function writes its file, completely or not at all, and returns the report to print. Those
+// with `force` throw std::runtime_error where the result is not credible and it is false.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +19,7 @@ struct CalibrateResponseOptions {
   // At least one of these two.
   std::filesystem::path out;
   std::filesystem::path site;  // The folder whose camera it is.
+  bool force = false;          // Write a bracket's curve that is in doubt, too.
 };
 std::string RunCalibrateResponse(const CalibrateResponseOptions& options);
 
@@ -49,6 +51,7 @@ struct CalibrateColourOptions {
   std::string from_response;  // For 8-bit pictures; empty: the site's, or srgb8.
   std::string to_response = "srgb8";
   bool matrix = false;
+  bool force = false;  // Write factors of pairs that contradict each other, too.
   // The camera: a fish-eye's file, or a site's folder or file. Read and written.
   std::filesystem::path calibration;
   std::filesystem::path out;  // Not given: the same.
@@ -63,6 +66,7 @@ struct CalibrateOrientationOptions {
   std::string site;
   bool levelled = false;  // The optical axis is the zenith: one sun or mark gives north.
   bool mirrored = false;
+  bool force = false;         // Write an orientation that is in doubt, too.
   std::filesystem::path out;  // Not given: the same as `calibration`.
 };
 std::string RunCalibrateOrientation(const CalibrateOrientationOptions& options);

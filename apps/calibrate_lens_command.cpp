@@ -122,7 +122,7 @@ std::string RunCalibrateLens(const CalibrateLensOptions& options) {
   if (!trial.doubt.empty() && !(options.force && trial.choice)) {
     constexpr std::size_t kFewestPictures = 3;  // Of any lens.
     std::string advice = "does not fit";
-    if (pictures.size() < kFewestPictures) {
+    if (pictures.size() - trial.repeated < kFewestPictures) {
       advice = "cannot be judged";
     } else if (!board.markers) {
       advice = AdviceOnBoard(pictures, options.model, board.size);
@@ -148,6 +148,11 @@ std::string RunCalibrateLens(const CalibrateLensOptions& options) {
     for (const RejectedPicture& picture : rejected) {
       report += picture.name + ": left out: " + picture.reason + "\n";
     }
+  }
+  if (trial.repeated > 0) {
+    report +=
+        fmt::format("pictures that show the board where another one does, and do not count: {}\n",
+                    trial.repeated);
   }
   if (!trial.doubt.empty()) report += "forced: " + trial.doubt + "\n";
   return report + DescribeTrial(LensModel::kPinhole, trial.choice->pinhole) +

@@ -173,11 +173,12 @@ void AddRun(CLI::App& app, Work& work) {
   AddSettingOption(run, "--source", "source", *given, kInput);
   AddSettingOption(run, "--weather", "weather", *given, kInput);
   AddPoseSources(run, *options, kFromOutside);
-  run.add_option("--lighting",
-                 options->lighting,
-                 "a lighting.jsonl whose light is used in place of an estimate")
-      ->type_name("FILE")
-      ->group(kFromOutside);
+  CLI::Option* lighting =
+      run.add_option("--lighting",
+                     options->lighting,
+                     "a lighting.jsonl whose light is used in place of an estimate")
+          ->type_name("FILE")
+          ->group(kFromOutside);
   AddCache(run, options->cache)->group(kInput);
   AddSettingOption(run, "--samples", "light.samples", *given, kLight);
   AddSettingOption(run, "--seed", "light.seed", *given, kFurtherLight);
@@ -188,6 +189,11 @@ void AddRun(CLI::App& app, Work& work) {
          [given](std::int64_t) { given->assignments.emplace_back("pipeline.filter=off"); },
          "each frame's own light, not averaged over time")
       ->group(kLight);
+  // They would have no effect, but for frames whose line gives no sky or no sun's direction: for
+  // these there is --set.
+  for (const char* estimates : {"--weather", "--samples", "--no-filter"}) {
+    lighting->excludes(run.get_option(estimates));
+  }
   AddQuality(run, *given);
   AddEffects(run, options->pipeline.effects);
   AddSettingOption(run, "--budget", "pipeline.effects.budget_ms", *given, kPicture);

@@ -39,7 +39,8 @@ void AddView(CLI::App& app, Work& work) {
                   options->lighting,
                   "a lighting.jsonl whose light is used in place of an estimate")
       ->type_name("FILE")
-      ->group(kInput);
+      ->group(kInput)
+      ->excludes(view.get_option("--weather"));
   AddCache(view, options->cache)->group(kInput);
   view.add_option("--out", options->out, "folder for snapshots and recordings (default: here)")
       ->type_name("FOLDER")

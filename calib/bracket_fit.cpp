@@ -1,10 +1,12 @@
 #include "calib/bracket_fit.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
+#include "calib/internal/exposed_pictures.h"
 #include "calib/internal/residual_text.h"
 #include "scene/upper_median.h"
 
@@ -38,10 +40,18 @@ void CompareLight(std::span<const ExposedPicture> pictures,
     for (const auto& [i, value] : seen) deviations[i].push_back(value - median);
   }
   for (const std::size_t i : kept) {
+    compared[i].is_compared = !deviations[i].empty();
     compared[i].offset = UpperMedian(deviations[i]);
     for (double& deviation : deviations[i]) deviation = std::abs(deviation - compared[i].offset);
     compared[i].scatter = UpperMedian(deviations[i]);
   }
+}
+
+// Mean exponent of the light over the code.
+double Exponent(const std::array<float, 256>& linear_of_code, int low, int high) {
+  const double light = linear_of_code[static_cast<std::size_t>(high)] /
+                       linear_of_code[static_cast<std::size_t>(low)];
+  return std::log(light) / std::log(static_cast<double>(high) / low);
 }
 
 }  // namespace
@@ -78,6 +88,29 @@ BracketFit FitBracket(std::span<const ExposedPicture> pictures, const BracketFit
                   100.0 * picture.scatter);
     kept.erase(worst);
   }
+}
+
+std::string DoubtAbout(const ResponseFit& fit) {
+  // Codes below are noise, and black that is cut off.
+  constexpr int kLeastCode = 16;
+  for (std::size_t c = 0; c < fit.channels.size(); ++c) {
+    const ResponseChannelFit& channel = fit.channels[c];
+    const std::string name = std::string("response of ") + kChannelNames[c];
+    if (!(channel.rms_relative <= kLargestCredibleBracketRms)) {
+      return name + NumberText(": the pictures are %.0f %% (rms) off one curve",
+                               100.0 * channel.rms_relative);
+    }
+    const int low = std::max(channel.lowest_code, kLeastCode);
+    const int middle = (low + channel.highest_code) / 2;
+    const double least = std::min(Exponent(fit.table[c], low, middle),
+                                  Exponent(fit.table[c], middle, channel.highest_code));
+    if (!(least >= kLeastExponent)) {
+      return name +
+             NumberText(": the curve is nearly flat, the light's exponent over the code is %.2f",
+                        least);
+    }
+  }
+  return {};
 }
 
 }  // namespace pleinair

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
@@ -167,6 +168,31 @@ std::optional<double> EdgeWidthPx(const Gray8Image& picture,
   return std::max(0.0, first_at(0.9) - first_at(0.1)) * 2.0 * reach / kSteps;
 }
 
+// Whether the board stands in the same place: no less than half of the corners of either are seen
+// in both.
+bool ShowTheSame(const BoardPicture& a, const BoardPicture& b) {
+  constexpr double kLeastPx = 1.0;
+  constexpr double kShareOfDiagonal = 0.01;
+  if (a.corners.empty()) return false;
+  glm::dvec2 lower = a.corners.front().pixel;
+  glm::dvec2 upper = lower;
+  for (const BoardCorner& corner : a.corners) {
+    lower = glm::min(lower, corner.pixel);
+    upper = glm::max(upper, corner.pixel);
+  }
+  const double reach_px = std::max(kLeastPx, kShareOfDiagonal * glm::distance(lower, upper));
+  std::size_t in_both = 0;
+  for (const BoardCorner& corner : a.corners) {
+    const auto same = std::find_if(b.corners.begin(), b.corners.end(), [&](const auto& other) {
+      return other.place_squares == corner.place_squares;
+    });
+    if (same == b.corners.end()) continue;
+    if (!(glm::distance(same->pixel, corner.pixel) <= reach_px)) return false;
+    ++in_both;
+  }
+  return 2 * in_both >= std::max(a.corners.size(), b.corners.size());
+}
+
 }  // namespace
 
 void BoardSize::Validate() const {
@@ -263,6 +289,26 @@ std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures)
   }
   pictures = std::move(sharp);
   return blurred;
+}
+
+std::vector<RejectedPicture> TakeOutRepeated(std::vector<BoardPicture>& pictures) {
+  std::vector<RejectedPicture> repeated;
+  std::vector<BoardPicture> different;
+  for (BoardPicture& picture : pictures) {
+    const auto first =
+        picture.is_always_used
+            ? different.end()
+            : std::find_if(different.begin(), different.end(), [&](const BoardPicture& other) {
+                return ShowTheSame(picture, other);
+              });
+    if (first == different.end()) {
+      different.push_back(std::move(picture));
+    } else {
+      repeated.push_back({picture.name, "shows the board where " + first->name + " does"});
+    }
+  }
+  pictures = std::move(different);
+  return repeated;
 }
 
 }  // namespace pleinair

@@ -87,4 +87,10 @@ struct RejectedPicture {
 // as wide as the median picture's, and wider than 4 px. Those that are always used stay.
 std::vector<RejectedPicture> TakeOutBlurred(std::vector<BoardPicture>& pictures);
 
+// Removes the pictures that show the board where an earlier one does (a copy, a burst) and returns
+// them with the reason. They add nothing to the lens, but would make its deviation too small. All
+// corners that both see are within a pixel or, where that is more, 1 % of the board's diagonal in
+// the picture: a board that is held moves by that. Those that are always used stay.
+std::vector<RejectedPicture> TakeOutRepeated(std::vector<BoardPicture>& pictures);
+
 }  // namespace pleinair

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <opencv2/core.hpp>
 
+#include "calib/internal/residual_text.h"
 #include "scene/upper_median.h"
 
 namespace pleinair {
@@ -133,6 +134,13 @@ ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind) {
   }
   tie.rms_relative = std::sqrt(sum / count);
   return tie;
+}
+
+std::string DoubtAbout(const ColourTie& tie) {
+  if (tie.rms_relative <= kLargestCredibleTieRms) return {};
+  return NumberText("the pairs contradict each other by %.0f %% (rms)", 100.0 * tie.rms_relative) +
+         NumberText(": expected the same surfaces in the same light, at most %.0f %%",
+                    100.0 * kLargestCredibleTieRms);
 }
 
 glm::dvec3 MeanOfDisc(const RgbImage& light, const glm::dvec2& centre_px, double radius_px) {

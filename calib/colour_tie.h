@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
@@ -38,6 +39,12 @@ struct ColourTie {
 //         std::runtime_error where the colours do not determine a matrix.
 ColourTie FitColourTie(std::span<const ColourPair> pairs, ColourTieKind kind);
 inline constexpr double kOutlierRatio = 5.0;
+
+// Returns why pairs are not credible: they are off by more than kLargestCredibleTieRms. Saturated
+// colours of two cameras differ by a quarter or so, surfaces of other colours by more. Empty where
+// nothing is wrong.
+inline constexpr double kLargestCredibleTieRms = 0.4;
+std::string DoubtAbout(const ColourTie& tie);
 
 // The mean light of a region that was picked in a picture.
 // Throws  std::invalid_argument naming the place: outside the picture, or without a finite pixel.

@@ -11,7 +11,9 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "calib/internal/residual_text.h"
 #include "scene/angle_between.h"
+#include "sunmodel/angles.h"
 #include "sunmodel/refraction.h"
 #include "sunmodel/sun_position.h"
 
@@ -219,6 +221,26 @@ OrientationFit OrientationFromUp(const glm::dvec3& up_camera,
   fit.counts = {true};
   fit.rms_rad = fit.residual_rad[0];
   return fit;
+}
+
+double AxisFromZenithRad(const OrientationFit& fit) {
+  return AngleBetweenRad(fit.world_from_camera[2], {0.0, 0.0, 1.0});
+}
+
+std::string DoubtAbout(const OrientationFit& fit) {
+  if (!(fit.rms_rad <= kLargestCredibleOffRad)) {
+    return NumberText("the sun or mark is off by %.1f deg", DegFromRad(fit.rms_rad)) +
+           NumberText(": expected at most %.0f deg", DegFromRad(kLargestCredibleOffRad));
+  }
+  const auto agreeing = std::count(fit.counts.begin(), fit.counts.end(), true);
+  if (agreeing == 2 && fit.counts.size() > 2) {
+    return "2 of " + std::to_string(fit.counts.size()) +
+           " suns or marks agree: expected three or more";
+  }
+  const double axis_rad = AxisFromZenithRad(fit);
+  if (axis_rad <= kLowestCredibleAxisRad) return {};
+  return NumberText("the axis would be %.1f deg from the zenith: expected a sky camera's",
+                    DegFromRad(axis_rad));
 }
 
 glm::dvec3 ApparentSunDirectionEnu(const Site& site, UtcTime time) {

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
@@ -56,6 +57,17 @@ inline constexpr double kLeastSpreadRad = 0.05;
 OrientationFit OrientationFromUp(const glm::dvec3& up_camera,
                                  const DirectionPair& mark,
                                  Handedness handedness = Handedness::kRightHanded);
+
+// Returns why an orientation is not credible: it is off by more than kLargestCredibleOffRad (a
+// camera that is levelled by eye, a lens that is off at its rim), only two of several marks agree,
+// as they do by chance, or the axis is further than kLowestCredibleAxisRad from the zenith. Another
+// place or time of the sun gives such fits, and a picture that is mirrored. Empty where nothing is
+// wrong.
+inline constexpr double kLargestCredibleOffRad = 0.087;  // 5 degrees.
+inline constexpr double kLowestCredibleAxisRad = 1.66;   // 95 degrees: out of a window.
+std::string DoubtAbout(const OrientationFit& fit);
+// From the optical axis to the zenith.
+double AxisFromZenithRad(const OrientationFit& fit);
 
 // Apparent direction of the sun: refracted as in the standard atmosphere at the site's height.
 glm::dvec3 ApparentSunDirectionEnu(const Site& site, UtcTime time);

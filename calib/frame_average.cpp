@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "scene/upper_median.h"
+
 namespace pleinair {
 
 void FrameAverage::Add(const RgbImage& radiance) {
@@ -53,6 +55,16 @@ RgbImage FrameAverage::StandardError() const {
     }
   }
   return error;
+}
+
+double FrameAverage::MedianScatter() const {
+  std::vector<double> shares;
+  for (const Running& running : pixels_) {
+    if (running.count < 2 || !(running.mean.y > 0.0)) continue;
+    shares.push_back(std::sqrt(running.squared_deviation_sum.y / (running.count - 1)) /
+                     running.mean.y);
+  }
+  return UpperMedianInPlace(shares);
 }
 
 }  // namespace pleinair

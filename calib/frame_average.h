@@ -26,6 +26,9 @@ class FrameAverage {
   // Standard error of the mean, from the frames' scatter: falls with the root of their number.
   // Infinite where fewer than two frames count.
   RgbImage StandardError() const;
+  // How far the frames are apart: their standard deviation as a share of the mean, the median over
+  // the pixels' green. 0 for one frame.
+  double MedianScatter() const;
 
  private:
   // Running mean and sum of squared deviations (Welford 1962): no cancellation however small the

@@ -53,9 +53,9 @@ SunState SunOfFrame(const std::optional<Site>& site, const Frame& frame) {
   }
   if (!site) {
     if (frame.weather == Weather::kOvercast) return {kNoSunDirectionEnu};
-    throw std::invalid_argument("frame " + std::to_string(frame.index) +
-                                ": expected a site, or the frame's sun_direction_enu, or "
-                                "\"overcast\" as its weather: nothing says where the sun is");
+    throw std::invalid_argument(
+        "expected a site, or the frame's sun_direction_enu, or \"overcast\" as its weather: "
+        "nothing says where the sun is");
   }
   return SunOverSite(*site, frame.time);
 }

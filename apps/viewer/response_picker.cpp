@@ -42,6 +42,7 @@ TakenResidual ResidualOf(const GreySamples& samples,
   }
   const double middle = UpperMedian(errors);
   for (double& error : errors) error = std::abs(error - middle);
+  residual.is_compared = true;
   residual.offset_relative = std::expm1(middle);
   residual.scatter_relative = UpperMedian(errors);
   return residual;
@@ -178,7 +179,10 @@ void ResponsePicker::FitByBracket() {
   BracketFit fit = FitBracket(pictures);
   residuals_.reserve(fit.pictures.size());
   for (BracketPicture& picture : fit.pictures) {
-    residuals_.push_back({std::expm1(picture.offset), picture.scatter, std::move(picture.reason)});
+    residuals_.push_back({picture.is_compared,
+                          std::expm1(picture.offset),
+                          picture.scatter,
+                          std::move(picture.reason)});
   }
   found_ = fit.response;
 }

@@ -32,6 +32,7 @@ struct TakenPicture {
 
 // How a taken picture agrees with the curve.
 struct TakenResidual {
+  bool is_compared = false;       // Else the two numbers are not measured.
   double offset_relative = 0.0;   // Offset of its light.
   double scatter_relative = 0.0;  // About that.
   std::string left_out;           // Why; empty: it counts.

@@ -14,6 +14,8 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "datasets/fisheye_setup.h"
+#include "estimation/fisheye_sky.h"
 #include "pipeline/shadow_direction.h"
 #include "pipeline/sun_state.h"
 #include "scene/angle_between.h"
@@ -144,6 +146,25 @@ bool IsOnePlane(const Mesh& mesh) {
   });
 }
 
+// A run fails on frames whose sun nothing states. A map shows it: see FindSunInMap.
+SiteWarnings CheckSunIsStated(const Sequence& sequence) {
+  if (sequence.site || sequence.environment) return {};
+  std::size_t without = 0;
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    const bool is_stated = sequence.StatedSunDirectionEnu(i).has_value();
+    if (!is_stated && sequence.WeatherOfFrame(i) != Weather::kOvercast) ++without;
+  }
+  if (without == 0) return {};
+  return {{"nothing says where the sun is",
+           "site",
+           fmt::format("{} of {} frames have no sun_direction_enu and are not \"overcast\": runs "
+                       "fail on them",
+                       without,
+                       sequence.frames.size()),
+           "state the key site (latitude_deg, longitude_deg, height_m), or the frames' "
+           "sun_direction_enu"}};
+}
+
 // The key that states the sun of a frame.
 std::string KeyOfStatedSun(const Sequence& sequence, std::size_t frame) {
   if (sequence.frames[frame].sun_direction_enu) {
@@ -208,7 +229,41 @@ class ShownSuns {
   std::optional<SiteWarning> stated_;
 };
 
-// Checks edges and shadows in pictures.
+// Checks where fish-eye pictures show the sun, as runs do.
+class FisheyeSuns {
+ public:
+  explicit FisheyeSuns(const Sequence& sequence) : site_(sequence.site) {
+    if (!HasFisheyePictures(sequence)) return;
+    sky_.emplace(MakeFisheyeSetup(*sequence.fisheye, sequence.folder).camera, SkyRegions());
+  }
+
+  // `index` is the frame's in the sequence.
+  void Add(const Frame& frame, std::size_t index, SiteWarnings& warnings) {
+    if (!sky_ || !frame.fisheye_radiance || !(site_ || frame.sun_direction_enu)) return;
+    const SunState sun = SunOfFrame(site_, frame);
+    sky_->Read(*frame.fisheye_radiance, sun.direction_enu, sun.angular_radius_rad);
+    const std::optional<glm::dvec3> shown = sky_->Sun().elsewhere_enu;
+    if (!shown) return;
+    warnings.push_back(
+        {"the fish-eye pictures show the sun elsewhere",
+         "fisheye, frames[].time_utc, site",
+         fmt::format("frame {} shows it at {}, stated or computed is {}: {:.1f} deg apart",
+                     index,
+                     AzimuthAndElevation(*shown),
+                     AzimuthAndElevation(sun.direction_enu),
+                     DegFromRad(AngleBetweenRad(*shown, sun.direction_enu))),
+         "correct fisheye.up, image_up, image_right or fov_deg (pleinair calibrate orientation), "
+         "or "
+         "the sun's direction, the place or the time"});
+    sky_.reset();  // One is enough.
+  }
+
+ private:
+  std::optional<Site> site_;
+  std::optional<FisheyeSky> sky_;
+};
+
+// Checks edges, shadows and the sun of the sky in pictures.
 SiteWarnings CheckPictures(const Sequence& sequence,
                            FrameKind kind,
                            const Mesh& mesh,
@@ -224,6 +279,7 @@ SiteWarnings CheckPictures(const Sequence& sequence,
   EdgeChecker edges(mesh, caster);
   const bool has_edges = !IsOnePlane(mesh);
   ShownSuns suns(sequence, mesh);
+  FisheyeSuns fisheye_suns(sequence);
   const auto source = MakeRecordedFrameSource(looked_at, kind);
   std::vector<std::string> unreadable;
   while (const auto next = source->Next()) {
@@ -233,7 +289,9 @@ SiteWarnings CheckPictures(const Sequence& sequence,
     }
     const Frame& frame = **next;
     if (has_edges) edges.Add(frame.radiance, frame.camera);
-    suns.Add(frame, static_cast<std::size_t>(frame.index) * stride);
+    const std::size_t index = static_cast<std::size_t>(frame.index) * stride;
+    suns.Add(frame, index);
+    fisheye_suns.Add(frame, index, warnings);
   }
   if (!unreadable.empty()) {
     warnings.push_back({"pictures cannot be used",
@@ -296,6 +354,7 @@ SiteWarnings CheckSite(const Sequence& sequence, FrameKind frames) {
   if (!is_unusable) Append(CheckPlaces(sequence, caster), warnings);
   if (sequence.environment) Append(CheckMap(sequence, mesh, caster), warnings);
   if (sequence.HasPictures()) {
+    Append(CheckSunIsStated(sequence), warnings);
     Append(CheckFrameTimes(sequence), warnings);
     Append(CheckPictures(sequence, frames, mesh, caster), warnings);
   }

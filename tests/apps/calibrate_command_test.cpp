@@ -1,5 +1,6 @@
 #include "apps/calibrate_command.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -88,6 +89,29 @@ TEST_F(CalibrateCommand, FitsAResponseAndMergesWithIt) {
   EXPECT_THAT(Refusal(RunCalibrateResponse, response), HasSubstr("found nothing"));
 }
 
+// Pictures that were not taken of one view, too few to be compared.
+TEST_F(CalibrateCommand, WritesACurveThatIsNoCamerasOnlyWhereForced) {
+  CalibrateResponseOptions response;
+  response.exposures = {8.0, 2.0, 0.5};
+  response.pictures = WriteBracket(response.exposures);
+  response.out = folder_ / "response.json";
+  const std::string report = RunCalibrateResponse(response);
+  EXPECT_THAT(report, HasSubstr("not compared: too few pictures"));
+  EXPECT_THAT(report, testing::Not(HasSubstr("scatters")));
+
+  Rgb8Image elsewhere = ReadDisplayImage(response.pictures[1]);
+  std::reverse(elsewhere.pixels.begin(), elsewhere.pixels.end());
+  WritePng(response.pictures[1], elsewhere);
+  response.out = folder_ / "doubtful.json";
+  EXPECT_THAT(Refusal(RunCalibrateResponse, response),
+              testing::AllOf(HasSubstr("off one curve: expected one view"),
+                             HasSubstr("; --force writes it all the same")));
+  EXPECT_FALSE(std::filesystem::exists(response.out));
+  response.force = true;
+  EXPECT_THAT(RunCalibrateResponse(response), HasSubstr("forced: response of "));
+  EXPECT_TRUE(std::filesystem::exists(response.out));
+}
+
 TEST_F(CalibrateCommand, PutsTheResponseIntoASite) {
   const auto site = Write("site.json",
                           R"({"format": "pleinair-site", "version": 1, "note": "kept",
@@ -119,6 +143,11 @@ TEST_F(CalibrateCommand, AveragesFrames) {
   average.out = folder_ / "mean.hdr";
   EXPECT_THAT(RunCalibrateAverage(average), HasSubstr("2 frames"));
   EXPECT_EQ(ReadRadianceImage(average.out).At(0, 0), glm::vec3(2.0f));
+  // The deviation of 1 and 3, sqrt(2), is 71 % of their mean.
+  EXPECT_THAT(RunCalibrateAverage(average), HasSubstr("warning: the frames differ by 71 %"));
+  average.frames[1] = folder_ / "1.2.exr";
+  WriteExr(average.frames[1], RgbImage(4, 3, glm::vec3(1.2f)), ExrPrecision::kFloat);
+  EXPECT_THAT(RunCalibrateAverage(average), testing::Not(HasSubstr("warning")));
   average.frames.push_back(folder_ / "5.exr");
   WriteExr(average.frames.back(), RgbImage(3, 3), ExrPrecision::kFloat);
   EXPECT_THAT(Refusal(RunCalibrateAverage, average), HasSubstr("5.exr: frame: expected 4x3"));
@@ -136,6 +165,20 @@ TEST_F(CalibrateCommand, TiesColoursByPairs) {
   EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("line 1: expected 6 numbers"));
   colour.pairs = Write("bad.csv", "1,1,1,2,red,1\n");
   EXPECT_THAT(Refusal(RunCalibrateColour, colour), HasSubstr("found \"red\""));
+}
+
+// No factor fits both: 1 and 10 of the same colour.
+TEST_F(CalibrateCommand, TiesColoursThatContradictEachOtherOnlyWhereForced) {
+  CalibrateColourOptions colour;
+  colour.calibration = WriteLens();
+  colour.pairs = Write("pairs.csv", "1,1,1, 1,1,1\n1,1,1, 10,10,10\n");
+  EXPECT_THAT(Refusal(RunCalibrateColour, colour),
+              testing::AllOf(HasSubstr("the pairs contradict each other by 6"),
+                             HasSubstr("; --force writes it all the same")));
+  EXPECT_FALSE(ReadFisheyeCalibration(colour.calibration).room_from_fisheye_rgb);
+  colour.force = true;
+  EXPECT_THAT(RunCalibrateColour(colour), HasSubstr("forced: the pairs contradict"));
+  EXPECT_TRUE(ReadFisheyeCalibration(colour.calibration).room_from_fisheye_rgb);
 }
 
 // A camera whose red is half and whose blue is four fifths of the survey's: its response takes the
@@ -216,6 +259,31 @@ TEST_F(CalibrateCommand, OrientsByMarks) {
   EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("--marks or --sun"));
   orientation.sun_pictures = {folder_ / "a.exr"};
   EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation), HasSubstr("--time"));
+}
+
+// A sun at another height than a levelled camera sees it, and pictures whose mirroring is not
+// stated.
+TEST_F(CalibrateCommand, WritesAnOrientationInDoubtOnlyWhereForced) {
+  CalibrateOrientationOptions orientation;
+  orientation.calibration = WriteLens();
+  orientation.levelled = true;
+  // 55 deg from the axis, and 18 deg from the zenith.
+  orientation.marks = Write("marks.csv", "255.5,100,0,1,3\n");
+  EXPECT_THAT(
+      Refusal(RunCalibrateOrientation, orientation),
+      testing::AllOf(HasSubstr("is off by 36."), HasSubstr("--site"), HasSubstr("--mirrored")));
+  orientation.levelled = false;
+  orientation.marks = Write("marks.csv", "255.5,0,0,1,0.003\n511,255.5,1,0,0.003\n");
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation),
+              HasSubstr("the axis would be 179.5 deg from the zenith"));
+  orientation.marks =
+      Write("marks.csv", "255.5,255.5,0,0,1\n255.5,0,0,1,0.003\n511,255.5,1,0,0.003\n");
+  EXPECT_THAT(Refusal(RunCalibrateOrientation, orientation),
+              HasSubstr("2 of 3 suns or marks agree"));
+  EXPECT_FALSE(ReadFisheyeCalibration(orientation.calibration).world_from_camera);
+  orientation.force = true;
+  EXPECT_THAT(RunCalibrateOrientation(orientation), HasSubstr("forced: 2 of 3"));
+  EXPECT_TRUE(ReadFisheyeCalibration(orientation.calibration).world_from_camera);
 }
 
 // The recorded room's sky camera is stated to be levelled, north up: its suns agree to a tenth of a

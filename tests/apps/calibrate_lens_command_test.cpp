@@ -1,7 +1,9 @@
 #include "apps/calibrate_lens_command.h"
 
+#include <algorithm>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/calib3d.hpp>
@@ -163,6 +165,36 @@ TEST_F(CalibrateLens, UsesAPictureWhateverItsBlurWhereAsked) {
   lens.pictures.push_back(grey);
   lens.always_used = {grey};
   EXPECT_THAT(Refusal(RunCalibrateLens, lens), HasSubstr("grey.png: cannot be used: no board"));
+}
+
+// Copies, and the pictures of a burst, count once: they agree with each other, and with any lens.
+TEST_F(CalibrateLens, CountsPicturesOfOneViewOnce) {
+  CalibrateLensOptions lens;
+  lens.pictures = DrawnFiles();
+  lens.board = "8x6";
+  lens.out = folder_ / "lens.json";
+  const Rgb8Image first = ReadDisplayImage(lens.pictures[0]);
+  std::vector<std::filesystem::path> burst{lens.pictures[0]};
+  for (int shift_px = 0; shift_px < 4; ++shift_px) {
+    Rgb8Image moved = first;
+    std::rotate(moved.pixels.begin(), moved.pixels.begin() + shift_px, moved.pixels.end());
+    burst.push_back(folder_ / ("burst" + std::to_string(shift_px) + ".png"));
+    WritePng(burst.back(), moved);
+  }
+  lens.pictures.insert(lens.pictures.end(), burst.begin() + 1, burst.end());
+  const std::string report = RunCalibrateLens(lens);
+  EXPECT_THAT(report, HasSubstr("burst3.png: left out: shows the board where "));
+  EXPECT_THAT(report, HasSubstr("and do not count: 4\n"));
+  EXPECT_THAT(report, HasSubstr("board0.png: rms 0."));
+  EXPECT_NEAR(ReadCameraIntrinsics(lens.out).fx_px, 700.0, 7.0);
+
+  lens.pictures = burst;
+  lens.out = folder_ / "other.json";
+  lens.force = true;
+  EXPECT_THAT(Refusal(RunCalibrateLens, lens),
+              AllOf(HasSubstr("--board 8x6 cannot be judged"),
+                    HasSubstr("expected 3 different views of the board or more, found 1")));
+  EXPECT_FALSE(std::filesystem::exists(lens.out));
 }
 
 // Squeezed pictures have pixels that are not square.

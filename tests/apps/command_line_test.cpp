@@ -287,6 +287,13 @@ TEST_F(CommandLine, RefusesOptionsThatItsInputHasNoUseFor) {
                           "--markers and --poses exclude each other");
     ExpectOneLineAndCode2(command + courtyard + out + "--lighting a.jsonl --source outdoor",
                           "--lighting and --source exclude each other");
+    ExpectOneLineAndCode2(command + courtyard + out + "--lighting a.jsonl --weather clear",
+                          "--weather excludes --lighting");
+  }
+  // What changes an estimate alone.
+  for (const char* option : {"--samples 50", "--no-filter"}) {
+    ExpectOneLineAndCode2("run " + courtyard + out + "--lighting a.jsonl " + option,
+                          "--lighting excludes " + option_of(option));
   }
   // A name that is mistyped is no video.
   ExpectOneLineAndCode2(

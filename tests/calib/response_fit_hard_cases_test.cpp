@@ -185,5 +185,47 @@ TEST(ResponseHardCases, PicturesThatContradictTheOthersAreNamed) {
   EXPECT_EQ(fit.response.table, FitResponseFromBrackets(rest).table);
 }
 
+// Three pictures or fewer have nothing to be compared with; what they show is judged by their
+// curve.
+TEST(ResponseHardCases, ACurveOfUnrelatedPicturesIsInDoubt) {
+  const SyntheticBracket good = MakeBracket(GammaCamera(2.2), {4.0, 1.0, 0.25});
+  const BracketFit fit = FitBracket(good.pictures);
+  for (const BracketPicture& picture : fit.pictures) EXPECT_FALSE(picture.is_compared);
+  EXPECT_EQ(DoubtAbout(fit.response), "");
+  const BracketFit of_all = FitBracket(MakeBracket(GammaCamera(2.2), kStops).pictures);
+  for (const BracketPicture& picture : of_all.pictures) EXPECT_TRUE(picture.is_compared);
+  EXPECT_EQ(DoubtAbout(of_all.response), "");
+
+  std::vector<ExposedPicture> spoiled = good.pictures;
+  std::reverse(spoiled[1].codes.pixels.begin(), spoiled[1].codes.pixels.end());
+  EXPECT_NE(DoubtAbout(FitBracket(spoiled).response).find("off one curve"), std::string::npos);
+}
+
+// `black` codes are cut off from light^(1 / gamma).
+ResponseFit FitOf(double gamma, double black) {
+  ResponseFit fit;
+  fit.channels.fill({3, 250, 0.01, 0});
+  for (std::size_t code = 0; code < 256; ++code) {
+    const double light =
+        std::pow((static_cast<double>(code) + black + 1.0) / (256.0 + black), gamma);
+    for (auto& channel : fit.table) channel[code] = static_cast<float>(light);
+  }
+  return fit;
+}
+
+TEST(ResponseHardCases, ACurveThatIsNearlyFlatIsInDoubt) {
+  EXPECT_EQ(DoubtAbout(FitOf(1.0, 0.0)), "");
+  EXPECT_EQ(DoubtAbout(FitOf(1.0, 40.0)), "");
+  EXPECT_EQ(DoubtAbout(FitOf(2.2, 0.0)), "");
+  // Code 10 is at 0.85 of white.
+  EXPECT_NE(DoubtAbout(FitOf(0.05, 0.0)).find("nearly flat"), std::string::npos);
+  ResponseFit rises_late = FitOf(2.2, 0.0);
+  for (std::size_t code = 10; code < 150; ++code) {
+    rises_late.table[2][code] = rises_late.table[2][150];
+  }
+  EXPECT_NE(DoubtAbout(rises_late).find("response of blue: the curve is nearly flat"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace pleinair::response_fit_hard_cases_test

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 
@@ -87,7 +88,10 @@ TEST(SunOfFrame, RefusesAFrameWithNeitherSiteNorDirectionUnlessItIsOvercast) {
   Frame frame;
   EXPECT_THROW(SunOfFrame(std::nullopt, frame), std::invalid_argument);
   frame.weather = Weather::kClear;
-  EXPECT_THROW(SunOfFrame(std::nullopt, frame), std::invalid_argument);
+  // Callers name the frame.
+  EXPECT_THAT(
+      [&] { SunOfFrame(std::nullopt, frame); },
+      testing::ThrowsMessage<std::invalid_argument>(testing::StartsWith("expected a site")));
   frame.weather = Weather::kOvercast;
   EXPECT_EQ(SunOfFrame(std::nullopt, frame).direction_enu, kNoSunDirectionEnu);
 }

@@ -336,6 +336,35 @@ TEST_F(CourtyardCopy, FindsASunThatIsStatedWrongly) {
   }
 }
 
+// As indoors with a fish-eye camera, which needs no place to be read.
+TEST(SiteCheck, FindsFramesWhoseSunNothingStates) {
+  Sequence sequence = ReadSequence(kGoodSite);
+  sequence.frames.resize(2);
+  sequence.site.reset();
+  sequence.environment.reset();
+  const auto is_found = Contains(AllOf(SaysAndAdvises("nothing says where the sun is", "latitude"),
+                                       Field(&SiteWarning::evidence, HasSubstr("1 of 2 frames"))));
+  sequence.frames[0].weather = Weather::kOvercast;
+  EXPECT_THAT(CheckSite(sequence, FrameKind::kLinear), is_found);
+  sequence.frames[1].sun_direction_enu = glm::dvec3(0.0, -0.6, 0.8);
+  EXPECT_THAT(CheckSite(sequence, FrameKind::kLinear),
+              Not(Contains(Says("nothing says where the sun is"))));
+}
+
+// Two hours are 30 degrees of sun.
+TEST(SiteCheck, FindsASunThatFisheyePicturesShowElsewhere) {
+  const fs::path room = fs::path(PLEINAIR_SHARED_DIR) / "sequences/room-window";
+  if (!fs::is_directory(room)) GTEST_SKIP() << "no recording in " << room;
+  Sequence sequence = ReadSequence(room);
+  sequence.frames.resize(1);
+  EXPECT_THAT(CheckSite(sequence, FrameKind::kLinear),
+              Not(Contains(Says("fish-eye pictures show the sun elsewhere"))));
+  sequence.frames[0].time += std::chrono::hours(2);
+  EXPECT_THAT(CheckSite(sequence, FrameKind::kLinear),
+              Contains(AllOf(SaysAndAdvises("fish-eye pictures show the sun elsewhere", "image_up"),
+                             Field(&SiteWarning::evidence, HasSubstr("30.0 deg apart")))));
+}
+
 TEST_F(CourtyardCopy, FindsAPictureThatCannotBeUsed) {
   folder_.Write(document_["frames"][1]["image"].get<std::string>(), "cut");
   EXPECT_THAT(Check(),

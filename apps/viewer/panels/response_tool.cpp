@@ -41,6 +41,7 @@ std::string LineOf(const ResponsePicker& picker, std::size_t picture) {
   if (picture >= picker.Residuals().size()) return line;
   const TakenResidual& residual = picker.Residuals()[picture];
   if (!residual.left_out.empty()) return line + "  left out: " + residual.left_out;
+  if (!residual.is_compared) return line + "  not compared: too few pictures";
   return line + fmt::format("  off by {:+.1f} %, scatters by {:.1f} %",
                             100.0 * residual.offset_relative,
                             100.0 * residual.scatter_relative);
