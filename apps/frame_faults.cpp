@@ -36,6 +36,8 @@ void FrameFaults::Add(const Frame& frame, const FrameResult& result) {
       AddWeather(frame, result.estimate);
     }
   }
+  if (result.estimate.sky_camera.is_in_other_units) in_other_units_.Add(frame.index);
+  if (result.estimate.sky_camera.shows_another_sun) under_another_sun_.Add(frame.index);
   not_finite_.Add(frame.defects.not_finite);
   clamped_.Add(result.clamped_pixels);
   if (result.is_drawn_without_sun) {
@@ -86,6 +88,14 @@ std::vector<std::string> FrameFaults::Notes() const {
              mismatching_,
              "their light may be wrong: things cover the surfaces (see `pleinair site mask`), or "
              "mesh, pose, albedo or sun are wrong (see `pleinair site check`)");
+  add_frames("whose fish-eye pictures are in other units or colours than their own",
+             in_other_units_,
+             "the light is scaled to the surfaces, see sky_camera in lighting.jsonl; `pleinair "
+             "calibrate colour` ties the two cameras");
+  add_frames("whose fish-eye pictures have another sun than their own",
+             under_another_sun_,
+             "it is measured on the surfaces; the sky's pictures hide it, clip it or are of "
+             "another time");
   for (const auto& [weather, count] : contradicting_) {
     add_frames(fmt::format("that look {}, against the stated weather", NameOf(weather)),
                count,

@@ -14,9 +14,10 @@
 namespace pleinair {
 
 // Counts frames by fault: pixels that composites could not be made from unchanged, nothing to
-// measure light on, surfaces that differ from the model, a stated weather that the picture
-// contradicts, a light without a colour that daylight has, no sign of sun or shade, a time at
-// night, nothing but virtual objects in the picture, more effects than the budget has time for.
+// measure light on, surfaces that differ from the model or from a sky camera's light, a stated
+// weather that the picture contradicts, a light without a colour that daylight has, no sign of sun
+// or shade, a time at night, nothing but virtual objects in the picture, more effects than the
+// budget has time for.
 class FrameFaults {
  public:
   // `is_measured_in_pictures`: whether the light is that of the frames' own surfaces.
@@ -49,6 +50,8 @@ class FrameFaults {
   bool is_measured_in_pictures_;
   FrameCount without_samples_;
   FrameCount mismatching_;
+  FrameCount in_other_units_;
+  FrameCount under_another_sun_;
   std::map<Weather, FrameCount> contradicting_;  // By the weather that they look like.
   PixelCount not_finite_;
   PixelCount clamped_;

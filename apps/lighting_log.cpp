@@ -132,6 +132,9 @@ std::string LightingLine(const Frame& frame,
     for (const glm::dvec3& radiance : estimate.sky_radiance_rgb) {
       regions.push_back(ToJson(radiance));
     }
+    line["sky_camera"] = {{"factor_rgb", ToJson(estimate.sky_camera.factor_rgb)},
+                          {"is_in_other_units", estimate.sky_camera.is_in_other_units},
+                          {"shows_another_sun", estimate.sky_camera.shows_another_sun}};
   }
   if (result.daylight) {
     line["daylight"] = {{"samples", result.daylight->samples},

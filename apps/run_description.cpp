@@ -33,6 +33,7 @@ std::string DescribeFrames(FrameKind preferred, const Sequence& sequence) {
 std::string HowSunIsKnown(const FrameLight& light_of_frame) {
   const LightingEstimate& estimate = light_of_frame.estimate;
   if (!LightIsKnown(estimate.lighting)) {
+    if (estimate.sun_elsewhere_enu) return " (hardly known: the sky's picture has it elsewhere)";
     return std::string(
                " (hardly known: the picture shows neither sun nor shade; earlier light and "
                "weather answer") +

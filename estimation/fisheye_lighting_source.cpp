@@ -2,16 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "estimation/fisheye_sky.h"
+#include "estimation/followed_samples.h"
+#include "estimation/internal/square.h"
+#include "estimation/light_component.h"
 #include "estimation/lighting_fit.h"
 #include "estimation/lighting_prior.h"
-#include "estimation/sample_noise.h"
+#include "estimation/picture_check.h"
 #include "estimation/sample_selection.h"
 
 namespace pleinair {
 namespace {
+
+using estimation_internal::Square;
 
 // Of a sun whose picture contradicts where it is: one of the two is wrong, and with it the light
 // that reaches the scene.
@@ -20,11 +27,30 @@ constexpr double kMisplacedError = 0.4;
 // Relative errors of an HDR fish-eye picture's radiances: of its own response and vignetting, and
 // of the tie of its colours to the frame's camera.
 constexpr double kPhotometricError = 0.02;
+// The same of a factor that is found on surfaces, whose albedos err.
+constexpr double kFactorError = 0.1;
+// Albedos of a room make the picture some per cent to a third brighter or darker than the light; a
+// factor beyond this one, of a channel, is of other units, exposures or colours.
+constexpr double kLeastFactor = 1.5;
+// The same after a frame that was: the light does not hop between the two.
+constexpr double kLeastKeptFactor = 1.25;
+// A light that is wrong by more than a factor scatters more.
+constexpr double kMostScatterOfFactor = 1.5;
+// The sun's patches are a fifth and less of what they should be, or five times and more, where the
+// fish-eye picture has another sun: hidden, clipped, or of another time.
+constexpr double kAnotherSun = 3.0;
+
+// Of a sky in a picture that surfaces contradict.
+constexpr double kContradictedError = 0.5;
+// A fit to the surfaces explains them well enough better if it leaves this share of the scatter.
+constexpr double kLeftOfScatter = 0.7;
+
+bool IsFarFromOne(double factor, double limit) { return factor > limit || factor * limit < 1.0; }
 
 class FisheyeLightingSource final : public LightingSource {
  public:
   FisheyeLightingSource(const FisheyeCamera& camera, const FisheyeLightingOptions& options)
-      : options_(options), sky_(camera, options.regions, options.detail) {}
+      : sky_(camera, options.regions, options.detail), samples_({options.samples, options.seed}) {}
 
   tl::expected<SkyBasis, LightingFailure> BasisFor(const Frame& frame,
                                                    const SunState& sun) override {
@@ -39,86 +65,162 @@ class FisheyeLightingSource final : public LightingSource {
 
   tl::expected<LightingEstimate, LightingFailure> Estimate(
       const LightingObservation& observation) override {
+    const bool is_day = observation.sun.direction_enu.z > 0.0;
+    if (is_day && !(MeanOf(sky_.SkyIrradianceRgb()) > 0.0)) {
+      return tl::unexpected(LightingFailure{
+          "its fish-eye picture is black, with the sun above the horizon: expected the sky"});
+    }
+    LightingEstimate estimate = EstimateOfSky(observation);
+    estimate.new_sample_set_ms = samples_.Measure(observation);
+    if (observation.frame.units != LightUnits::kAbsolute) {
+      // The sky's own units are not those of the picture, for which the light is.
+      estimate.units = observation.frame.units;
+      const auto over = CompareWithPicture(samples_.Samples(), estimate.lighting);
+      if (!over) {
+        return tl::unexpected(LightingFailure{
+            "the exposure of its picture is not known, and hardly any surface in view shows it: "
+            "expected frames[].exposure"});
+      }
+      Scale(over->ratio_rgb, estimate);
+    }
+    if (sky_.Sun().clipped) {
+      Fit(observation, {sky_.Sun().irradiance_rgb, kPhotometricError}, estimate);
+    } else {
+      CheckAgainstPicture(observation, estimate);
+    }
+    if (estimate.sun_elsewhere_enu) estimate.sun_observable = false;
+    return estimate;
+  }
+
+ private:
+  FisheyeSky sky_;
+  std::vector<std::shared_ptr<const SkyShape>> basis_;
+  FollowedSamples samples_;
+  LightingFitter fitter_{LightingFitOptions{}};
+  bool was_in_other_units_ = false;  // In the last frame.
+
+  // As the fish-eye picture has it, in its own units.
+  LightingEstimate EstimateOfSky(const LightingObservation& observation) const {
     LightingEstimate estimate;
     Lighting& lighting = estimate.lighting;
     lighting.time = observation.frame.time;
     lighting.sun.direction_enu = observation.sun.direction_enu;
     lighting.sun.angular_radius_rad = observation.sun.angular_radius_rad;
+    lighting.sun.irradiance_rgb = sky_.Sun().irradiance_rgb;
     lighting.sky = {{basis_.front()->Name(), sky_.SkyIrradianceRgb()}};
     estimate.sky_radiance_rgb.assign(sky_.RegionRadiance().begin(), sky_.RegionRadiance().end());
     estimate.inlier_fraction = 1.0;
     estimate.condition_number = 1.0;
-
-    glm::dvec3 sun_stddev_rgb = sky_.Sun().stddev_rgb;
-    lighting.sun.irradiance_rgb = sky_.Sun().irradiance_rgb;
     estimate.sun_elsewhere_enu = sky_.Sun().elsewhere_enu;
-    if (sky_.Sun().clipped) {
-      sun_stddev_rgb = FitClippedSun(observation, estimate);
-    } else {
-      estimate.sun_observable = observation.sun.direction_enu.z > 0.0;
-      const double relative = estimate.sun_elsewhere_enu ? kMisplacedError : kPhotometricError;
-      const glm::dvec3 of_itself = relative * lighting.sun.irradiance_rgb;
-      sun_stddev_rgb = glm::sqrt(sun_stddev_rgb * sun_stddev_rgb + of_itself * of_itself);
-    }
-    if (estimate.sun_elsewhere_enu) estimate.sun_observable = false;
+    estimate.sun_observable = observation.sun.direction_enu.z > 0.0;
+    const double of_sun = estimate.sun_elsewhere_enu ? kMisplacedError : kPhotometricError;
     lighting.covariance.assign(36, 0.0);
     for (std::size_t c = 0; c < 3; ++c) {
       const auto channel = static_cast<int>(c);
-      const double sky_stddev = kPhotometricError * lighting.sky[0].irradiance_rgb[channel];
-      lighting.covariance[c * 7] = sun_stddev_rgb[channel] * sun_stddev_rgb[channel];
-      lighting.covariance[(3 + c) * 7] = sky_stddev * sky_stddev;
+      lighting.covariance[c * 7] = Square(sky_.Sun().stddev_rgb[channel]) +
+                                   Square(of_sun * lighting.sun.irradiance_rgb[channel]);
+      lighting.covariance[(3 + c) * 7] =
+          Square(kPhotometricError * lighting.sky[0].irradiance_rgb[channel]);
     }
     return estimate;
   }
 
- private:
-  FisheyeLightingOptions options_;
-  FisheyeSky sky_;
-  std::vector<std::shared_ptr<const SkyShape>> basis_;
-  SampleSet set_;
-  std::vector<DiffuseSample> samples_;
-  LightingFitter fitter_{LightingFitOptions{}};
-
-  // The sun from what the frame's camera sees, the sky held at what the fish-eye says and the sun
-  // not below what of the disc it shows. Returns the sun's standard deviation.
-  glm::dvec3 FitClippedSun(const LightingObservation& observation, LightingEstimate& estimate) {
-    const Frame& frame = observation.frame;
-    set_.Draw(observation.view,
-              observation.sun.direction_enu,
-              frame.radiance,
-              frame.unusable,
-              {options_.samples, options_.seed});
-    set_.Measure(observation.sun.direction_enu, frame.radiance, frame.unusable, samples_);
-    if (frame.noise != nullptr) {
-      ApplySignalNoise(*frame.noise, frame.exposure.value_or(1.0), samples_);
-    }
-    LightingPrior prior = MakeClimatePrior(observation.clear_sky, 1);
+  // To the units of the frame's picture, as its surfaces show them.
+  static void Scale(const glm::dvec3& factor_rgb, LightingEstimate& estimate) {
     Lighting& lighting = estimate.lighting;
-    const glm::dvec3& sky = lighting.sky[0].irradiance_rgb;
-    for (int c = 0; c < 3; ++c) {
-      const double stddev = kPhotometricError * sky[c];
-      if (!(stddev > 0.0)) continue;
-      prior.information(3 + c, 3 + c) += 1.0 / (stddev * stddev);
-      prior.information_times_mean[3 + c] += sky[c] / (stddev * stddev);
+    for (std::size_t u = 0; u < SideOf(lighting); ++u) {
+      const double factor = factor_rgb[static_cast<int>(u % 3)];
+      Component(lighting, u) *= factor;
+      ScaleDeviations(u, factor, lighting);
     }
-    // The samples are others from frame to frame.
-    const LightingFit fit = fitter_.Fit(samples_, prior, true, FitStart::kRobust);
-    MarkRejected(fit, samples_);
-    glm::dvec3 stddev(0.0);
-    double beam = 0.0;
+    for (glm::dvec3& region : estimate.sky_radiance_rgb) region *= factor_rgb;
+    estimate.sky_camera.factor_rgb *= factor_rgb;
+    for (std::size_t u = 0; u < 6; ++u) {
+      for (std::size_t v = u % 3; v < 6; v += 3) {
+        lighting.covariance[u * 6 + v] +=
+            Square(kFactorError) * Component(lighting, u) * Component(lighting, v);
+      }
+    }
+    lighting.common_stddev_rgb = glm::dvec3(kFactorError);
+  }
+
+  // The surfaces of the picture have the last word on what is far off.
+  void CheckAgainstPicture(const LightingObservation& observation, LightingEstimate& estimate) {
+    auto over = CompareWithPicture(samples_.Samples(), estimate.lighting);
+    if (!over) return;
+    const bool is_sun_doubtful = IsFarFromOne(over->lit_over_others, kAnotherSun);
+    if (is_sun_doubtful || IsInOtherUnits(*over)) {
+      LightingEstimate fitted = estimate;
+      Fit(observation, {glm::dvec3(0.0), kContradictedError}, fitted);
+      const auto left = CompareWithPicture(samples_.Samples(), fitted.lighting);
+      if (fitted.sun_observable && left &&
+          left->scatter - 1.0 < kLeftOfScatter * (over->scatter - 1.0)) {
+        estimate = std::move(fitted);
+        estimate.sky_camera.shows_another_sun = true;
+        over = left;
+      }
+    }
+    was_in_other_units_ = IsInOtherUnits(*over);
+    if (!was_in_other_units_) return;
+    estimate.sky_camera.is_in_other_units = true;
+    Scale(over->ratio_rgb, estimate);
+  }
+
+  bool IsInOtherUnits(const PictureOverLight& over) const {
+    const double limit = was_in_other_units_ ? kLeastKeptFactor : kLeastFactor;
+    const glm::dvec3& factor = over.ratio_rgb;
+    return over.scatter <= kMostScatterOfFactor &&
+           (IsFarFromOne(factor.r, limit) || IsFarFromOne(factor.g, limit) ||
+            IsFarFromOne(factor.b, limit));
+  }
+
+  // What a fit keeps of the sky's picture.
+  struct FromSky {
+    glm::dvec3 least_sun_rgb{0.0};
+    double sky_error = kPhotometricError;  // Relative.
+  };
+
+  // The sun from what the frame's camera sees, and the sky as far as its error allows.
+  void Fit(const LightingObservation& observation,
+           const FromSky& from_sky,
+           LightingEstimate& estimate) {
+    Lighting& lighting = estimate.lighting;
+    const glm::dvec3& factor = estimate.sky_camera.factor_rgb;
+    ClearSkyExpectation clear_sky = observation.clear_sky;
+    clear_sky.beam_rgb *= factor;
+    clear_sky.diffuse_rgb *= factor;
+    LightingPrior prior = MakeClimatePrior(clear_sky, 1);
+    glm::dvec3& sky = lighting.sky[0].irradiance_rgb;
     for (int c = 0; c < 3; ++c) {
-      lighting.sun.irradiance_rgb[c] =
-          std::max(fit.irradiance_rgb[c], lighting.sun.irradiance_rgb[c]);
-      stddev[c] = std::sqrt(fit.covariance(c, c));
-      beam += observation.clear_sky.absolute ? observation.clear_sky.beam_rgb[c] / 3.0
-                                             : lighting.sun.irradiance_rgb[c] / 3.0;
+      const double stddev = from_sky.sky_error * sky[c];
+      if (!(stddev > 0.0)) continue;
+      prior.information(3 + c, 3 + c) += 1.0 / Square(stddev);
+      prior.information_times_mean[3 + c] += sky[c] / Square(stddev);
+    }
+    const std::span<DiffuseSample> samples = samples_.Samples();
+    // The view, and with it the light on a place, may be another one in each frame.
+    const LightingFit fit = fitter_.Fit(samples, prior, true, FitStart::kRobust);
+    MarkRejected(fit, samples);
+    double beam = 0.0;
+    const glm::dvec3 sky_before = sky;
+    for (int c = 0; c < 3; ++c) {
+      double& sun = lighting.sun.irradiance_rgb[c];
+      sun = std::max(fit.irradiance_rgb[c], factor[c] * from_sky.least_sun_rgb[c]);
+      if (from_sky.sky_error > kPhotometricError) sky[c] = fit.irradiance_rgb[3 + c];
+      beam += clear_sky.absolute ? clear_sky.beam_rgb[c] / 3.0 : sun / 3.0;
+    }
+    for (glm::dvec3& region : estimate.sky_radiance_rgb) region *= sky / sky_before;
+    for (std::size_t u = 0; u < 6; ++u) {
+      for (std::size_t v = 0; v < 6; ++v) {
+        lighting.covariance[u * 6 + v] =
+            fit.covariance(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(v));
+      }
     }
     estimate.samples_used = fit.samples_used;
     estimate.inlier_fraction = fit.inlier_fraction;
     estimate.condition_number = fit.condition_number;
     estimate.relative_residual = fit.relative_residual;
     estimate.sun_observable = observation.sun.direction_enu.z > 0.0 && DeterminesSun(fit, beam);
-    return stddev;
   }
 };
 

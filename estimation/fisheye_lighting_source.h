@@ -15,7 +15,8 @@ namespace pleinair {
 struct FisheyeLightingOptions {
   SkyRegions regions{};                    // In which the sky's radiance is reported.
   SkyDetail detail = SkyDetail::kPicture;  // Detail of the sky that lights the scene.
-  // For a clipped disc: samples of the room camera's view that determine the sun. 1 .. 100000.
+  // Samples of the frame's own view, which check the sky's light, and determine the sun where the
+  // sky's picture does not. 1 .. 100000.
   int samples = 500;
   std::uint64_t seed = 1;
   // Throws std::invalid_argument naming field and value.
@@ -25,7 +26,14 @@ struct FisheyeLightingOptions {
 // The sky's basis is one shape, the picture's own. The sun's disc is measured in the picture. Where
 // the picture clips it, its irradiance is fitted to sun patches that the frame's camera sees (the
 // outdoor fit with the sky held). Where there are none, it is that of the clear-sky beam, with its
-// deviation. A frame without a fish-eye picture is a failure of that frame.
+// deviation. A frame without a fish-eye picture is a failure of that frame, and so is a black one
+// by day.
+//
+// The surfaces in the frame's own picture have the last word on what is far off. Where their
+// patches of sun are less than a third of what the fish-eye's sun gives, or more than three times,
+// the sun is fitted to them. Where the entire picture is 1.5 times as bright as the light makes it,
+// or more, or less, or a channel is, the light is scaled to it: LightingEstimate::sky_camera has
+// both. Of a picture whose exposure is not known the light is in its units.
 std::unique_ptr<LightingSource> MakeFisheyeLightingSource(const FisheyeCamera& camera,
                                                           const FisheyeLightingOptions& options);
 

@@ -14,6 +14,7 @@
 
 #include "estimation/internal/measured_pixel.h"
 #include "scene/angle_between.h"
+#include "scene/half_float.h"
 #include "scene/sun_in_picture.h"
 #include "scene/upper_median.h"
 
@@ -35,10 +36,19 @@ constexpr float kFlatTop = 0.999f;
 // A disc that a lens spreads has no flat top wider than itself; half again for pixels on its rim.
 constexpr double kWidestFlatTop = 1.5;
 
+// Water on a dome spreads the sun without leaving a disc, over this and around; its share of the
+// light tells it from an aureole, which has half of the sky's at most.
+constexpr double kSpreadRad = 10.0 * std::numbers::pi / 180.0;
+constexpr double kAroundSpreadRad = 15.0 * std::numbers::pi / 180.0;
+// A disc with less than half of it is a glint in the water.
+constexpr double kSpreadOverDisc = 2.0;
+constexpr double kSpreadError = 0.2;  // Relative: what lies outside, and the aureole in it.
+
 // Half of the light up to this many times the sky may be a bright aureole, not of the lens.
 constexpr double kBrightestAureole = 10.0;
-// A disc that is not where it should be counts as the sun if it has this share of the sky's light.
-// A clear sun has 1.5 times and more of it, its reflection in a window a tenth of that.
+// A disc that is not where it should be, or none but spread light, counts as the sun if it has this
+// share of the sky's light. A clear sun has 1.5 times and more of it, its reflection in a window a
+// tenth of that.
 constexpr double kLeastShareElsewhere = 0.7;
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
@@ -66,6 +76,31 @@ double CutOffSr(const RgbImage& radiance,
     level_sr += solid_angle_sr.pixels[at.pixel];
   }
   return almost < 2 * level ? level_sr : 0.0;
+}
+
+// Of infinite radiance, as half floats have a sun. NaN is no measurement at all.
+std::vector<std::uint32_t> PixelsBeyondRange(const RgbImage& radiance) {
+  std::vector<std::uint32_t> pixels;
+  for (std::size_t i = 0; i < radiance.pixels.size(); ++i) {
+    const glm::vec3& value = radiance.pixels[i];
+    if (std::isinf(Luminance(value)) && Luminance(value) > 0.0f) {
+      pixels.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  return pixels;
+}
+
+// Infinite values become as large as the largest that the picture's numbers may have had.
+RgbImage WithinRange(const RgbImage& radiance, std::span<const std::uint32_t> overflowed) {
+  float largest = kLargestHalf;
+  for (const glm::vec3& value : radiance.pixels) {
+    if (IsMeasured(value)) largest = std::max(largest, Largest(value));
+  }
+  RgbImage bounded = radiance;
+  for (const std::uint32_t pixel : overflowed) {
+    bounded.pixels[pixel] = glm::min(bounded.pixels[pixel], glm::vec3(largest));
+  }
+  return bounded;
 }
 
 }  // namespace
@@ -108,6 +143,24 @@ void FisheyeSky::Read(const RgbImage& radiance,
         std::to_string(radiance.height) + ": expected the camera's " +
         std::to_string(direction.width) + "x" + std::to_string(direction.height));
   }
+  const std::vector<std::uint32_t> overflowed = PixelsBeyondRange(radiance);
+  if (overflowed.empty()) {
+    ReadSky(radiance, FindDisc(radiance, sun_direction_enu, sun_angular_radius_rad));
+    return;
+  }
+  const RgbImage bounded = WithinRange(radiance, overflowed);
+  const DiscArea disc = FindDisc(bounded, sun_direction_enu, sun_angular_radius_rad);
+  const bool is_in_disc = std::ranges::any_of(disc.pixels, [&](std::uint32_t pixel) {
+    return std::ranges::binary_search(overflowed, pixel);
+  });
+  // What the file's numbers could not hold is a lower bound.
+  sun_.clipped = sun_.clipped || is_in_disc;
+  ReadSky(bounded, disc);
+}
+
+FisheyeSky::DiscArea FisheyeSky::FindDisc(const RgbImage& radiance,
+                                          const glm::dvec3& sun_direction_enu,
+                                          double sun_angular_radius_rad) {
   DiscArea disc = ReadDisc(radiance, sun_direction_enu, sun_angular_radius_rad);
   if (sun_direction_enu.z > 0.0 && disc.pixels.empty()) {
     const std::uint32_t brightest = BrightestPixel(radiance);
@@ -119,7 +172,11 @@ void FisheyeSky::Read(const RgbImage& radiance,
       disc = FindDiscElsewhere(radiance, brightest, sun_angular_radius_rad);
     }
   }
-  ReadSky(radiance, disc);
+  if (sun_direction_enu.z > 0.0 && !sun_.clipped && !sun_.elsewhere_enu) {
+    DiscArea spread = ReadSpreadSun(radiance, sun_direction_enu);
+    if (!spread.pixels.empty()) return spread;
+  }
+  return disc;
 }
 
 FisheyeSky::PixelWindow FisheyeSky::WindowAround(const glm::dvec3& direction_enu,
@@ -188,7 +245,10 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
     flat_radius = std::max(flat_radius, at.from_peak_rad);
   }
   const double true_disc_sr = std::numbers::pi * sun_angular_radius_rad * sun_angular_radius_rad;
-  const bool has_flat_top = flat_sr > kWidestFlatTop * true_disc_sr + pixel_sr;
+  // Few pixels of a picture have the same value by chance.
+  const double level_sr = CutOffSr(radiance, table_.solid_angle_sr, near, largest);
+  const bool has_flat_top = flat_sr > kWidestFlatTop * true_disc_sr + pixel_sr ||
+                            level_sr > kWidestFlatTop * true_disc_sr + 0.5 * pixel_sr;
   // A lens, and the picture's own sampling, spread the disc by a pixel or two.
   const double disc_radius =
       (has_flat_top ? flat_radius : sun_angular_radius_rad) + 2.0 * pixel_rad;
@@ -225,8 +285,7 @@ FisheyeSky::DiscArea FisheyeSky::ReadDisc(const RgbImage& radiance,
   }
   if (!(contrast > kDiscContrast) && !is_spread) {
     DiscArea none;
-    const double cut_off_sr = CutOffSr(radiance, table_.solid_angle_sr, near, largest);
-    if (cut_off_sr > kWidestFlatTop * true_disc_sr + pixel_sr) {
+    if (level_sr > kWidestFlatTop * true_disc_sr + 0.5 * pixel_sr) {
       none.level_luminance = Luminance(radiance.pixels[peak]);
     }
     return none;
@@ -330,6 +389,45 @@ FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
   }
   sun_ = {};
   return {};
+}
+
+FisheyeSky::DiscArea FisheyeSky::ReadSpreadSun(const RgbImage& radiance,
+                                               const glm::dvec3& sun_direction_enu) {
+  DiscArea area;
+  std::array<std::vector<double>, 3> ring;
+  const PixelWindow window = WindowAround(sun_direction_enu, kAroundSpreadRad);
+  for (int y = window.top; y < window.bottom; ++y) {
+    for (int x = window.left; x < window.right; ++x) {
+      const auto pixel = static_cast<std::uint32_t>(table_.direction_world.Index(x, y));
+      const glm::dvec3 direction(table_.direction_world.pixels[pixel]);
+      const double cosine = glm::dot(direction, sun_direction_enu);
+      const glm::vec3& value = radiance.pixels[pixel];
+      if (!(direction.z > 0.0) || !(cosine > std::cos(kAroundSpreadRad)) || !IsMeasured(value)) {
+        continue;
+      }
+      if (cosine > std::cos(kSpreadRad)) {
+        area.pixels.push_back(pixel);
+      } else {
+        for (int c = 0; c < 3; ++c) ring[static_cast<std::size_t>(c)].push_back(value[c]);
+      }
+    }
+  }
+  if (ring[0].empty()) return {};
+  for (int c = 0; c < 3; ++c) {
+    area.background[c] = static_cast<float>(UpperMedianInPlace(ring[static_cast<std::size_t>(c)]));
+  }
+  glm::dvec3 light(0.0);
+  for (const std::uint32_t pixel : area.pixels) {
+    light += double{table_.solid_angle_sr.pixels[pixel]} *
+             glm::max(glm::dvec3(radiance.pixels[pixel] - area.background), glm::dvec3(0.0));
+  }
+  const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
+  const double rest = HorizontalLight(radiance) - sum(light) * sun_direction_enu.z;
+  if (!(sum(light) > kLeastShareElsewhere * rest)) return {};
+  if (!(sum(light) > kSpreadOverDisc * sum(sun_.irradiance_rgb))) return {};
+  sun_.irradiance_rgb = light;
+  sun_.stddev_rgb = kSpreadError * light;
+  return area;
 }
 
 double FisheyeSky::HorizontalLight(const RgbImage& radiance) const {

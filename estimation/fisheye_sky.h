@@ -52,8 +52,9 @@ class FisheyeSky {
              SkyDetail detail = SkyDetail::kPicture);
 
   // The disc is looked for within 2.5 deg of `sun_direction_enu`; a sun below the horizon has none.
-  // Where there is none, a disc anywhere that holds 0.7 of the sky's light is the sun, too.
-  // Pixels that are not finite or below 0 are left out.
+  // Where there is none, a disc anywhere that holds 0.7 of the sky's light is the sun, too. So is
+  // as much light within 10 deg of the direction, spread by water on the dome, if a disc there has
+  // less than half of it. Pixels that are NaN or below 0 are left out; infinite ones are clipped.
   // Throws std::invalid_argument for a picture of another size than the camera's.
   void Read(const RgbImage& radiance,
             const glm::dvec3& sun_direction_enu,
@@ -100,6 +101,10 @@ class FisheyeSky {
     glm::vec3 background{0.0f};
     float level_luminance = 0.0f;  // Without a disc: of a level top there; 0 without one.
   };
+  // Where the sun should be, or elsewhere.
+  DiscArea FindDisc(const RgbImage& radiance,
+                    const glm::dvec3& sun_direction_enu,
+                    double sun_angular_radius_rad);
   DiscArea ReadDisc(const RgbImage& radiance,
                     const glm::dvec3& sun_direction_enu,
                     double sun_angular_radius_rad);
@@ -112,6 +117,8 @@ class FisheyeSky {
   DiscArea FindDiscElsewhere(const RgbImage& radiance,
                              std::uint32_t brightest,
                              double sun_angular_radius_rad);
+  // Where it is more than the disc that was read.
+  DiscArea ReadSpreadSun(const RgbImage& radiance, const glm::dvec3& sun_direction_enu);
   void ReadSky(const RgbImage& radiance, const DiscArea& disc);
 };
 

@@ -49,6 +49,17 @@ struct LightingObservation {
   std::optional<SurveyedLight> surveyed = std::nullopt;
 };
 
+// How the frame's own picture contradicts the picture of another camera, which sees the sky.
+struct SkyCameraCheck {
+  // What the other camera's light was multiplied by: to the units of the frame's picture where
+  // these are relative, or where is_in_other_units.
+  glm::dvec3 factor_rgb{1.0};
+  bool is_in_other_units = false;  // Its exposure or colours are not those that were stated.
+  // The sun was measured on surfaces: it is hidden or too bright in the other picture, or not as it
+  // was when that was taken.
+  bool shows_another_sun = false;
+};
+
 // The light of one frame, and how it was estimated. Irradiances are in the units of `units`: sun
 // normal to the beam, sky horizontal without the disc.
 struct LightingEstimate {
@@ -70,6 +81,7 @@ struct LightingEstimate {
   std::optional<glm::dvec3> sun_elsewhere_enu;
   // For each region, from a source that measures the sky itself; empty for others.
   std::vector<glm::dvec3> sky_radiance_rgb;
+  SkyCameraCheck sky_camera;  // From such a source.
   // Probability of each weather, in kAllWeathers' order; none where the source does not estimate
   // it.
   std::optional<std::array<double, std::size(kAllWeathers)>> weather_shares;

@@ -85,6 +85,19 @@ TEST(FrameFaults, CountsFramesWithoutSamplesWhereTheLightIsMeasuredInThem) {
   EXPECT_THAT(given.Notes(), IsEmpty());
 }
 
+TEST(FrameFaults, CountsFramesThatContradictTheirSkysPicture) {
+  FrameResult gain = Looking(0.0, 0.1, 0.9);
+  gain.estimate.sky_camera.is_in_other_units = true;
+  FrameResult hidden = Looking(0.0, 0.1, 0.9);
+  hidden.estimate.sky_camera.shows_another_sun = true;
+  FrameFaults faults(false);
+  faults.Add(FrameUnder(3, std::nullopt), gain);
+  faults.Add(FrameUnder(4, std::nullopt), hidden);
+  EXPECT_THAT(faults.Notes(),
+              ElementsAre(HasSubstr("in other units or colours than their own: 1 (first: 3)"),
+                          HasSubstr("have another sun than their own: 1 (first: 4)")));
+}
+
 FrameResult UnderSunAt(double elevation_deg) {
   FrameResult result = Looking(0.0, 0.1, 0.9);
   const double elevation_rad = RadFromDeg(elevation_deg);

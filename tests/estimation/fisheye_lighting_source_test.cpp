@@ -1,5 +1,6 @@
 #include "estimation/fisheye_lighting_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -123,6 +124,97 @@ TEST(FisheyeLightingSource, ASunElsewhereIsSaidAndIsUncertain) {
     EXPECT_NEAR(sun, scene.picture.sun.y, 0.02 * scene.picture.sun.y);
     EXPECT_GE(std::sqrt(estimate->lighting.covariance[7]), 0.4 * sun);
   }
+}
+
+// A picture of the room or courtyard that the fish-eye's own light explains.
+struct AgreeingScene : Scene {
+  glm::dvec3 sky{0.0};
+  AgreeingScene() {
+    sky = Estimate()->lighting.SkyIrradianceRgb();
+    picture.sky = sky;
+    frame.radiance = MakeFrame(picture, view).radiance;
+  }
+};
+
+double LargestOff(const Lighting& lighting, const glm::dvec3& sun, const glm::dvec3& sky) {
+  double off = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    off = std::max({off,
+                    std::abs(lighting.sun.irradiance_rgb[c] / sun[c] - 1.0),
+                    std::abs(lighting.SkyIrradianceRgb()[c] / sky[c] - 1.0)});
+  }
+  return off;
+}
+
+// A wrong exposure and other colours: the surfaces in the frame's own picture show both.
+TEST(FisheyeLightingSource, LightInOtherUnitsIsScaledToThePicture) {
+  AgreeingScene scene;
+  ASSERT_FALSE(scene.Estimate()->sky_camera.is_in_other_units);
+  for (glm::vec3& pixel : scene.frame.fisheye_radiance->pixels) {
+    pixel *= glm::vec3(0.02f, 0.01f, 0.005f);
+  }
+  const auto estimate = scene.Estimate();
+  ASSERT_TRUE(estimate.has_value());
+  EXPECT_TRUE(estimate->sky_camera.is_in_other_units);
+  EXPECT_FALSE(estimate->sky_camera.shows_another_sun);
+  EXPECT_NEAR(estimate->sky_camera.factor_rgb.g, 100.0, 3.0);
+  EXPECT_LT(LargestOff(estimate->lighting, scene.picture.sun, scene.sky), 0.05);
+  // As sure as albedos are, not as a picture of the sky.
+  EXPECT_GT(std::sqrt(estimate->lighting.covariance[7]), 0.1 * scene.picture.sun.g);
+}
+
+// Albedos that are a quarter off are no evidence against the fish-eye's units.
+TEST(FisheyeLightingSource, AlbedosThatErrDoNotScaleTheLight) {
+  AgreeingScene scene;
+  for (glm::vec3& pixel : scene.frame.radiance.pixels) pixel *= 1.25f;
+  const auto estimate = scene.Estimate();
+  EXPECT_EQ(estimate->sky_camera.factor_rgb, glm::dvec3(1.0));
+  EXPECT_LT(LargestOff(estimate->lighting, scene.picture.sun, scene.sky), 0.03);
+}
+
+TEST(FisheyeLightingSource, LightOfAnUnknownExposureIsInThePicturesUnits) {
+  AgreeingScene scene;
+  for (glm::vec3& pixel : scene.frame.radiance.pixels) pixel *= 0.003f;
+  scene.frame.units = LightUnits::kRelativePerFrame;
+  const auto estimate = scene.Estimate();
+  ASSERT_TRUE(estimate.has_value());
+  EXPECT_EQ(estimate->units, LightUnits::kRelativePerFrame);
+  EXPECT_FALSE(estimate->sky_camera.is_in_other_units);
+  EXPECT_LT(LargestOff(estimate->lighting, 0.003 * scene.picture.sun, 0.003 * scene.sky), 0.05);
+  // Nothing to scale it to.
+  for (std::uint8_t& may : scene.view.may_be_sampled.pixels) may = 0;
+  const auto nothing = scene.Estimate();
+  ASSERT_FALSE(nothing.has_value());
+  EXPECT_NE(nothing.error().reason.find("exposure"), std::string::npos);
+}
+
+// A bird on the dome, or a sky camera that has stopped: the patches of sun tell.
+TEST(FisheyeLightingSource, ASunThatTheSurfacesContradictIsMeasuredOnThem) {
+  AgreeingScene scene;
+  scene.fisheye.sun_radiance *= 0.01;
+  scene.frame.fisheye_radiance = MakeFisheyePicture(scene.fisheye);
+  const auto hidden = scene.Estimate();
+  ASSERT_TRUE(hidden.has_value());
+  EXPECT_TRUE(hidden->sky_camera.shows_another_sun);
+  EXPECT_TRUE(hidden->sun_observable);
+  EXPECT_LT(LargestOff(hidden->lighting, scene.picture.sun, scene.sky), 0.05);
+
+  scene.fisheye.sun_radiance *= 100.0;
+  scene.frame.fisheye_radiance = MakeFisheyePicture(scene.fisheye);
+  scene.picture.sun = glm::dvec3(0.0);
+  scene.frame.radiance = MakeFrame(scene.picture, scene.view).radiance;
+  const auto old = scene.Estimate();
+  ASSERT_TRUE(old.has_value());
+  EXPECT_TRUE(old->sky_camera.shows_another_sun);
+  EXPECT_LT(old->lighting.sun.irradiance_rgb.g, 0.03 * scene.sky.g);
+}
+
+TEST(FisheyeLightingSource, ABlackPictureByDayFails) {
+  Scene scene;
+  for (glm::vec3& pixel : scene.frame.fisheye_radiance->pixels) pixel = glm::vec3(0.0f);
+  const auto estimate = scene.Estimate();
+  ASSERT_FALSE(estimate.has_value());
+  EXPECT_NE(estimate.error().reason.find("black"), std::string::npos);
 }
 
 TEST(FisheyeLightingSource, AFrameWithoutAPictureFails) {

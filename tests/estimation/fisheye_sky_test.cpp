@@ -277,6 +277,58 @@ TEST(FisheyeSkyHardCases, SaysThatTheDiscIsClipped) {
   EXPECT_LT(sky.Sun().irradiance_rgb.y, 0.1 * disc_sr * picture.sun_radiance.y);
 }
 
+// Half floats end at 65504: a sun beyond is infinite in such a file.
+TEST(FisheyeSkyHardCases, ASunBeyondTheFilesNumbersIsClipped) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  FisheyePicture picture;
+  RgbImage radiance = MakeFisheyePicture(picture);
+  const FisheyeSky whole = ReadPicture(picture, radiance);
+  for (glm::vec3& pixel : radiance.pixels) {
+    if (pixel.y > 65504.0f) pixel = glm::vec3(kInfinity);
+  }
+  const FisheyeSky sky = ReadPicture(picture, radiance);
+  EXPECT_TRUE(sky.Sun().clipped);
+  EXPECT_GT(sky.Sun().irradiance_rgb.y, 0.0);
+  EXPECT_LT(sky.Sun().irradiance_rgb.y, whole.Sun().irradiance_rgb.y);
+  EXPECT_NEAR(
+      sky.SkyIrradianceRgb().y, whole.SkyIrradianceRgb().y, 0.01 * whole.SkyIrradianceRgb().y);
+  // A hot pixel elsewhere does not make the sun doubtful.
+  RgbImage hot = MakeFisheyePicture(picture);
+  hot.At(200, 300) = glm::vec3(kInfinity);
+  EXPECT_FALSE(ReadPicture(picture, hot).Sun().clipped);
+}
+
+// Cut off so low that the lens has not spread it: a sharp disc of two by two pixels.
+TEST(FisheyeSkyHardCases, ADiscOfFourLevelPixelsIsClipped) {
+  for (const float limit : {150.0f, 3000.0f}) {
+    FisheyePicture picture;
+    picture.side_px = 512;
+    RgbImage radiance = MakeFisheyePicture(picture);
+    const FisheyeLens lens(SkyCamera(picture.side_px).intrinsics);
+    const auto at = lens.ProjectToPixel(
+        glm::transpose(SkyCamera(picture.side_px).world_from_camera) * picture.sun_direction_enu);
+    for (int i = 0; i < 4; ++i) {
+      radiance.At(static_cast<int>(at->x) + i % 2, static_cast<int>(at->y) + i / 2) =
+          glm::vec3(1e6f);
+    }
+    for (glm::vec3& pixel : radiance.pixels) pixel = glm::min(pixel, glm::vec3(limit));
+    EXPECT_TRUE(ReadPicture(picture, radiance).Sun().clipped) << limit;
+  }
+}
+
+// Water on the dome: no disc is left, and the light around its place is the sun's.
+TEST(FisheyeSkyHardCases, ASunThatWaterSpreadsIsStillTheSun) {
+  FisheyePicture picture;
+  const FisheyeSky sharp = ReadPicture(picture, MakeFisheyePicture(picture));
+  picture.spread_px = 8.0;
+  const FisheyeSky spread = ReadPicture(picture, MakeFisheyePicture(picture));
+  EXPECT_NEAR(spread.Sun().irradiance_rgb.y,
+              sharp.Sun().irradiance_rgb.y,
+              0.2 * sharp.Sun().irradiance_rgb.y);
+  EXPECT_NEAR(
+      spread.SkyIrradianceRgb().y, sharp.SkyIrradianceRgb().y, 0.15 * sharp.SkyIrradianceRgb().y);
+}
+
 TEST(FisheyeSkyHardCases, LeavesDefectsOut) {
   FisheyePicture picture;
   const RgbImage clean = MakeFisheyePicture(picture);
