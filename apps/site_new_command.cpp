@@ -15,6 +15,7 @@
 #include "apps/number_table.h"
 #include "datasets/new_site.h"
 #include "datasets/sequence.h"
+#include "datasets/stated_pose.h"
 #include "sunmodel/angles.h"
 #include "sunmodel/site.h"
 #include "sunmodel/time_text.h"
@@ -79,11 +80,12 @@ std::string ApplyCamera(const SiteNewOptions& options) {
   RequireBoth(!options.camera_at.empty(), !options.camera_to.empty(), "--camera-at, --camera-to");
   if (options.camera_at.empty()) return notes;
   const std::string& photo = options.camera.empty() ? options.earlier_camera : options.camera;
-  SetSitePose(options.folder,
-              PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
-                            PointFrom(options.camera_to, "--camera-to"),
-                            std::filesystem::is_regular_file(photo) ? photo : ""),
-              std::nullopt);
+  SetSitePose(
+      options.folder,
+      PoseLookingAt(PointFrom(options.camera_at, "--camera-at"),
+                    PointFrom(options.camera_to, "--camera-to"),
+                    std::filesystem::is_regular_file(photo) ? UpInPicture(photo) : kUpright),
+      std::nullopt);
   return notes;
 }
 

@@ -145,7 +145,7 @@ void FindLightChange(benchmark::State& state) {
   LightChangeWatch watch;
   std::size_t next = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(watch.Look(frames[next++ % frames.size()], lighting));
+    benchmark::DoNotOptimize(watch.Compare(frames[next++ % frames.size()], lighting));
   }
 }
 BENCHMARK(FindLightChange)->Unit(benchmark::kMicrosecond);

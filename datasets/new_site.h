@@ -87,14 +87,6 @@ void SetSitePose(const std::filesystem::path& folder,
                  const glm::dmat4& camera_from_world,
                  std::optional<double> stddev_rad,
                  const std::filesystem::path& out = {});
-// `camera_from_world` of a JSON file: its own, its camera's, or the file's only content. Throws
-// std::runtime_error naming the file.
-glm::dmat4 ReadPoseFile(const std::filesystem::path& file);
-// Level, and held as `photo` was by its EXIF orientation; empty: upright. Throws
-// std::invalid_argument where the two are above each other.
-glm::dmat4 PoseLookingAt(const glm::dvec3& camera_m,
-                         const glm::dvec3& target_m,
-                         const std::filesystem::path& photo = {});
 
 // Copies the map, and removes the copy that this function has made before. Throws as
 // ReadRadianceImage, and std::runtime_error unless it is twice as wide as high.

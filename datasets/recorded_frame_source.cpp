@@ -1,5 +1,6 @@
 // Plays a recorded sequence, one file a frame.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <stdexcept>
@@ -185,7 +186,11 @@ class RecordedFrameSource final : public FrameSource {
     RequireNormalLight(radiance, file);
     if (!fisheye_->room_from_fisheye_rgb) return radiance;
     const glm::mat3 room_from_fisheye(*fisheye_->room_from_fisheye_rgb);
-    for (glm::vec3& pixel : radiance.pixels) pixel = room_from_fisheye * pixel;
+    for (glm::vec3& pixel : radiance.pixels) {
+      // An infinite sun stays infinite: times the matrix's zeros it would be no number.
+      const bool is_infinite = std::isinf(pixel.x + pixel.y + pixel.z);
+      pixel = is_infinite ? glm::vec3(pixel.x + pixel.y + pixel.z) : room_from_fisheye * pixel;
+    }
     return radiance;
   }
 

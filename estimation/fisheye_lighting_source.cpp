@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -33,16 +34,20 @@ constexpr double kFactorError = 0.1;
 // factor beyond this one, of a channel, is of other units, exposures or colours.
 constexpr double kLeastFactor = 1.5;
 // The same after a frame that was: the light does not hop between the two.
-constexpr double kLeastKeptFactor = 1.25;
+constexpr double kLeastFactorStill = 1.25;
 // A light that is wrong by more than a factor scatters more.
 constexpr double kMostScatterOfFactor = 1.5;
-// The sun's patches are a fifth and less of what they should be, or five times and more, where the
-// fish-eye picture has another sun: hidden, clipped, or of another time.
+// The sun's patches are a third and less of what they should be, or three times and more, where the
+// fish-eye picture has another sun: hidden, or of another time. Edges that a mesh misplaces by some
+// centimetres make a half or double of a small patch.
 constexpr double kAnotherSun = 3.0;
+constexpr double kAnotherSunStill = 2.0;  // The same after a frame that had.
 
-// Of a sky in a picture that surfaces contradict.
+// Relative, of a sky in a picture that surfaces contradict: clouds over the sun change it by as
+// much.
 constexpr double kContradictedError = 0.5;
-// A fit to the surfaces explains them well enough better if it leaves this share of the scatter.
+// A fit to the surfaces explains them better only if it leaves less than this share of the scatter:
+// two free numbers leave some less of any.
 constexpr double kLeftOfScatter = 0.7;
 
 bool IsFarFromOne(double factor, double limit) { return factor > limit || factor * limit < 1.0; }
@@ -71,22 +76,30 @@ class FisheyeLightingSource final : public LightingSource {
           "its fish-eye picture is black, with the sun above the horizon: expected the sky"});
     }
     LightingEstimate estimate = EstimateOfSky(observation);
+    estimate.units = observation.frame.units;
     estimate.new_sample_set_ms = samples_.Measure(observation);
-    if (observation.frame.units != LightUnits::kAbsolute) {
+    const bool is_dark = !(MeanOf(sky_.SkyIrradianceRgb() + sky_.Sun().irradiance_rgb) > 0.0);
+    const auto over =
+        is_dark ? std::nullopt : CompareWithPicture(samples_.Samples(), estimate.lighting);
+    FromSky from_sky{sky_.Sun().irradiance_rgb, kPhotometricError};
+    if (estimate.units != LightUnits::kAbsolute && !is_dark) {
       // The sky's own units are not those of the picture, for which the light is.
-      estimate.units = observation.frame.units;
-      const auto over = CompareWithPicture(samples_.Samples(), estimate.lighting);
       if (!over) {
         return tl::unexpected(LightingFailure{
             "the exposure of its picture is not known, and hardly any surface in view shows it: "
             "expected frames[].exposure"});
       }
-      Scale(over->ratio_rgb, estimate);
+      Scale(sky_.Sun().clipped ? over->shaded_ratio_rgb : over->ratio_rgb, estimate);
+      // Shaded places have the clipped sun's light from others.
+      from_sky = {glm::dvec3(0.0), kContradictedError};
     }
     if (sky_.Sun().clipped) {
-      Fit(observation, {sky_.Sun().irradiance_rgb, kPhotometricError}, estimate);
-    } else {
+      MarkRejected(Fit(observation, from_sky, estimate), samples_.Samples());
+      last_ = {};
+    } else if (over) {
       CheckAgainstPicture(observation, estimate);
+    } else {
+      last_ = {};
     }
     if (estimate.sun_elsewhere_enu) estimate.sun_observable = false;
     return estimate;
@@ -97,7 +110,7 @@ class FisheyeLightingSource final : public LightingSource {
   std::vector<std::shared_ptr<const SkyShape>> basis_;
   FollowedSamples samples_;
   LightingFitter fitter_{LightingFitOptions{}};
-  bool was_in_other_units_ = false;  // In the last frame.
+  SkyCameraCheck last_;  // Of the frame before, if it was checked.
 
   // As the fish-eye picture has it, in its own units.
   LightingEstimate EstimateOfSky(const LightingObservation& observation) const {
@@ -144,30 +157,36 @@ class FisheyeLightingSource final : public LightingSource {
     lighting.common_stddev_rgb = glm::dvec3(kFactorError);
   }
 
-  // The surfaces of the picture have the last word on what is far off.
+  // Replaces what is far off by what the picture's surfaces show.
   void CheckAgainstPicture(const LightingObservation& observation, LightingEstimate& estimate) {
-    auto over = CompareWithPicture(samples_.Samples(), estimate.lighting);
+    const std::span<DiffuseSample> samples = samples_.Samples();
+    auto over = CompareWithPicture(samples, estimate.lighting);
     if (!over) return;
-    const bool is_sun_doubtful = IsFarFromOne(over->lit_over_others, kAnotherSun);
-    if (is_sun_doubtful || IsInOtherUnits(*over)) {
-      LightingEstimate fitted = estimate;
-      Fit(observation, {glm::dvec3(0.0), kContradictedError}, fitted);
-      const auto left = CompareWithPicture(samples_.Samples(), fitted.lighting);
-      if (fitted.sun_observable && left &&
-          left->scatter - 1.0 < kLeftOfScatter * (over->scatter - 1.0)) {
-        estimate = std::move(fitted);
-        estimate.sky_camera.shows_another_sun = true;
+    const double sun_limit = last_.shows_another_sun ? kAnotherSunStill : kAnotherSun;
+    bool shows_another_sun = false;
+    if (IsFarFromOne(over->lit_over_others, sun_limit)) {
+      // Shaded places lack the light of the sun's patches, or the units are others, too.
+      for (const glm::dvec3& factor_rgb : {glm::dvec3(1.0), over->shaded_ratio_rgb}) {
+        LightingEstimate trial = estimate;
+        if (factor_rgb != glm::dvec3(1.0)) Scale(factor_rgb, trial);
+        const LightingFit fit = Fit(observation, {glm::dvec3(0.0), kContradictedError}, trial);
+        const auto left = CompareWithPicture(samples, trial.lighting);
+        if (!trial.sun_observable || !left) continue;
+        if (!(left->scatter - 1.0 < kLeftOfScatter * (over->scatter - 1.0))) continue;
+        estimate = std::move(trial);
+        shows_another_sun = true;
         over = left;
+        MarkRejected(fit, samples);
       }
     }
-    was_in_other_units_ = IsInOtherUnits(*over);
-    if (!was_in_other_units_) return;
-    estimate.sky_camera.is_in_other_units = true;
-    Scale(over->ratio_rgb, estimate);
+    estimate.sky_camera.shows_another_sun = shows_another_sun;
+    estimate.sky_camera.is_in_other_units = IsInOtherUnits(*over);
+    last_ = estimate.sky_camera;
+    if (estimate.sky_camera.is_in_other_units) Scale(over->ratio_rgb, estimate);
   }
 
   bool IsInOtherUnits(const PictureOverLight& over) const {
-    const double limit = was_in_other_units_ ? kLeastKeptFactor : kLeastFactor;
+    const double limit = last_.is_in_other_units ? kLeastFactorStill : kLeastFactor;
     const glm::dvec3& factor = over.ratio_rgb;
     return over.scatter <= kMostScatterOfFactor &&
            (IsFarFromOne(factor.r, limit) || IsFarFromOne(factor.g, limit) ||
@@ -181,9 +200,9 @@ class FisheyeLightingSource final : public LightingSource {
   };
 
   // The sun from what the frame's camera sees, and the sky as far as its error allows.
-  void Fit(const LightingObservation& observation,
-           const FromSky& from_sky,
-           LightingEstimate& estimate) {
+  LightingFit Fit(const LightingObservation& observation,
+                  const FromSky& from_sky,
+                  LightingEstimate& estimate) {
     Lighting& lighting = estimate.lighting;
     const glm::dvec3& factor = estimate.sky_camera.factor_rgb;
     ClearSkyExpectation clear_sky = observation.clear_sky;
@@ -197,10 +216,8 @@ class FisheyeLightingSource final : public LightingSource {
       prior.information(3 + c, 3 + c) += 1.0 / Square(stddev);
       prior.information_times_mean[3 + c] += sky[c] / Square(stddev);
     }
-    const std::span<DiffuseSample> samples = samples_.Samples();
     // The view, and with it the light on a place, may be another one in each frame.
-    const LightingFit fit = fitter_.Fit(samples, prior, true, FitStart::kRobust);
-    MarkRejected(fit, samples);
+    LightingFit fit = fitter_.Fit(samples_.Samples(), prior, true, FitStart::kRobust);
     double beam = 0.0;
     const glm::dvec3 sky_before = sky;
     for (int c = 0; c < 3; ++c) {
@@ -209,7 +226,10 @@ class FisheyeLightingSource final : public LightingSource {
       if (from_sky.sky_error > kPhotometricError) sky[c] = fit.irradiance_rgb[3 + c];
       beam += clear_sky.absolute ? clear_sky.beam_rgb[c] / 3.0 : sun / 3.0;
     }
-    for (glm::dvec3& region : estimate.sky_radiance_rgb) region *= sky / sky_before;
+    for (glm::dvec3& region : estimate.sky_radiance_rgb) {
+      for (int c = 0; c < 3; ++c) region[c] *= sky_before[c] > 0.0 ? sky[c] / sky_before[c] : 1.0;
+    }
+    lighting.common_stddev_rgb = glm::dvec3(0.0);
     for (std::size_t u = 0; u < 6; ++u) {
       for (std::size_t v = 0; v < 6; ++v) {
         lighting.covariance[u * 6 + v] =
@@ -221,6 +241,7 @@ class FisheyeLightingSource final : public LightingSource {
     estimate.condition_number = fit.condition_number;
     estimate.relative_residual = fit.relative_residual;
     estimate.sun_observable = observation.sun.direction_enu.z > 0.0 && DeterminesSun(fit, beam);
+    return fit;
   }
 };
 

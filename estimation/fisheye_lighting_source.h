@@ -29,7 +29,7 @@ struct FisheyeLightingOptions {
 // deviation. A frame without a fish-eye picture is a failure of that frame, and so is a black one
 // by day.
 //
-// The surfaces in the frame's own picture have the last word on what is far off. Where their
+// The surfaces in the frame's own picture correct what is far off. Where their
 // patches of sun are less than a third of what the fish-eye's sun gives, or more than three times,
 // the sun is fitted to them. Where the entire picture is 1.5 times as bright as the light makes it,
 // or more, or less, or a channel is, the light is scaled to it: LightingEstimate::sky_camera has

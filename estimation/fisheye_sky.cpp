@@ -37,7 +37,7 @@ constexpr float kFlatTop = 0.999f;
 constexpr double kWidestFlatTop = 1.5;
 
 // Water on a dome spreads the sun without leaving a disc, over this and around; its share of the
-// light tells it from an aureole, which has half of the sky's at most.
+// light is more than an aureole's, which is half of the sky's at most.
 constexpr double kSpreadRad = 10.0 * std::numbers::pi / 180.0;
 constexpr double kAroundSpreadRad = 15.0 * std::numbers::pi / 180.0;
 // A disc with less than half of it is a glint in the water.
@@ -90,7 +90,7 @@ std::vector<std::uint32_t> PixelsBeyondRange(const RgbImage& radiance) {
   return pixels;
 }
 
-// Infinite values become as large as the largest that the picture's numbers may have had.
+// Infinite values become finite, and far above the sky.
 RgbImage WithinRange(const RgbImage& radiance, std::span<const std::uint32_t> overflowed) {
   float largest = kLargestHalf;
   for (const glm::vec3& value : radiance.pixels) {
@@ -153,8 +153,11 @@ void FisheyeSky::Read(const RgbImage& radiance,
   const bool is_in_disc = std::ranges::any_of(disc.pixels, [&](std::uint32_t pixel) {
     return std::ranges::binary_search(overflowed, pixel);
   });
-  // What the file's numbers could not hold is a lower bound.
-  sun_.clipped = sun_.clipped || is_in_disc;
+  if (is_in_disc) {
+    sun_.clipped = true;
+    // The picture's units may be others than its file's: nothing is known of the light.
+    sun_.irradiance_rgb = glm::dvec3(0.0);
+  }
   ReadSky(bounded, disc);
 }
 
@@ -422,9 +425,9 @@ FisheyeSky::DiscArea FisheyeSky::ReadSpreadSun(const RgbImage& radiance,
              glm::max(glm::dvec3(radiance.pixels[pixel] - area.background), glm::dvec3(0.0));
   }
   const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
+  if (!(sum(light) > kSpreadOverDisc * sum(sun_.irradiance_rgb))) return {};
   const double rest = HorizontalLight(radiance) - sum(light) * sun_direction_enu.z;
   if (!(sum(light) > kLeastShareElsewhere * rest)) return {};
-  if (!(sum(light) > kSpreadOverDisc * sum(sun_.irradiance_rgb))) return {};
   sun_.irradiance_rgb = light;
   sun_.stddev_rgb = kSpreadError * light;
   return area;

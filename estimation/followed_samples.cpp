@@ -61,7 +61,9 @@ bool FollowedSamples::IsWorthFollowing() const {
 // the sky's shape is another. Under another sun other places are lit, and the set would not be
 // balanced.
 bool FollowedSamples::CanFollow(const SurfaceView& view) const {
-  return drawn_ && (view.geometry_id != geometry_id_ || view.sun_id == sun_id_) &&
+  const bool is_other_sky_alone =
+      view.sky_id != sky_id_ && view.sun_id == sun_id_ && !set_.IsShortOfUsablePixels();
+  return drawn_ && (view.geometry_id != geometry_id_ || is_other_sky_alone) &&
          view.camera.intrinsics == camera_.intrinsics;
 }
 

@@ -20,9 +20,10 @@ struct LightChange {
   glm::dvec3 sky_before_rgb{0.0};
   glm::dvec3 sun_after_rgb{0.0};
   glm::dvec3 sky_after_rgb{0.0};
-  // Standard deviations of the difference.
+  // Standard deviations of the difference, and the covariance of sun and sky.
   glm::dvec3 sun_stddev_rgb{0.0};
   glm::dvec3 sky_stddev_rgb{0.0};
+  glm::dvec3 covariance_rgb{0.0};
 };
 
 // Compares each frame's samples with those of the frame before that lie at the same places, however
@@ -35,10 +36,12 @@ struct LightChange {
 // One thread at a time.
 class LightChangeWatch {
  public:
-  // `samples` and `lighting` are those of one estimate; the next call compares with them. Returns
-  // nullopt for the first frame, where the two have hardly a place in common, where these disagree
-  // with any light (a wrong pose, a hand before the lens), and where there is no light.
-  std::optional<LightChange> Look(std::span<const DiffuseSample> samples, const Lighting& lighting);
+  // Compares an estimate's samples and light with those of the last call, and keeps them for the
+  // next one. Returns nullopt for the first frame, where the two have hardly a place in common,
+  // where these disagree with any light (a wrong pose, a hand before the lens), and where there is
+  // no light.
+  std::optional<LightChange> Compare(std::span<const DiffuseSample> samples,
+                                     const Lighting& lighting);
 
  private:
   std::vector<DiffuseSample> last_samples_;

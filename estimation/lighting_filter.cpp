@@ -55,17 +55,8 @@ constexpr double kLeastNoiseShare = 0.02;
 constexpr double kNegligible = 1e-4;
 constexpr double kUnstatedDeviation = 0.05;
 
-// A change of less than this share of a light is no cloud; it fades with this time constant.
-constexpr double kCreep = 0.03;
-constexpr double kFadingS = 0.2;
-// So does, with this one, what surfaces in common do not show: the errors of other surfaces, of a
-// tenth of a light and more, which at thirty frames a second are then below its noise.
-constexpr double kFadingOfUnseenS = 1.0;
-// The deviations by which what is seen may differ from a change that is followed at once.
+// The deviations by which a step may differ from what is seen of it.
 constexpr double kSeenSigmas = 2.0;
-// Relative: a step of the estimates that agrees with what is seen is no glitch, and all of it is
-// followed.
-constexpr double kAgreement = 0.25;
 
 // Not IsFinite: that would hide the one for vectors here.
 bool HasFiniteValues(const Lighting& lighting) {
@@ -91,11 +82,6 @@ double VarianceOf(const Lighting& lighting, int channel, double sun, double sky)
   return std::max(0.0, variance);
 }
 
-// Horizontal irradiance by one unit of the sun.
-double SunToHorizontal(const Lighting& lighting) {
-  return std::max(0.0, lighting.sun.direction_enu.z);
-}
-
 bool SameShapes(const Lighting& a, const Lighting& b) {
   return std::equal(
       a.sky.begin(),
@@ -103,22 +89,6 @@ bool SameShapes(const Lighting& a, const Lighting& b) {
       b.sky.begin(),
       b.sky.end(),
       [](const SkyComponent& x, const SkyComponent& y) { return x.shape == y.shape; });
-}
-
-// Scales each channel to the horizontal irradiance that `raw` has.
-void GiveTotalOf(const Lighting& raw, Lighting& lighting) {
-  const auto total = [](const Lighting& light) {
-    return SunToHorizontal(light) * light.sun.irradiance_rgb + light.SkyIrradianceRgb();
-  };
-  const glm::dvec3 wanted = total(raw);
-  const glm::dvec3 found = total(lighting);
-  for (std::size_t u = 0; u < SideOf(lighting); ++u) {
-    const auto c = static_cast<int>(u % 3);
-    if (!(found[c] > 0.0)) continue;
-    const double factor = wanted[c] / found[c];
-    Component(lighting, u) *= factor;
-    ScaleDeviations(u, factor, lighting);
-  }
 }
 
 // A held light may prove to have changed: the difference is a deviation.
@@ -162,7 +132,8 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, co
     return {raw, {}, {}};
   }
   if (!entries_.empty() && Continues(raw, units)) {
-    AddToStepsSinceEntry(StepsOf(raw, fit.change));
+    since_last_entry_ =
+        SumOf(since_last_entry_, SeenStepsOf(fit.change, units_, SunToHorizontal(raw)));
     const double elapsed_s = SecondsBetween(last_time_, raw.time);
     if (elapsed_s < 0.0 && ++late_frames_ < kLateFramesToStartAnew) return {raw, {}, {}};
     if (elapsed_s < 0.0) Restart(units);
@@ -177,13 +148,13 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, co
   const bool fits_far_worse = frame.misfit > fit.trusted_misfit && frame.misfit > kFarWorse * usual;
   if (usual > 0.0 && fits_far_worse && HasRuns()) {
     FilteredLighting held = Report(frame, true);
-    Ease(frame, {}, held);
+    fading_.Add(units_, {}, held.lighting, frame.lighting);
     return held;
   }
   entries_.push_back(std::move(frame));
   since_last_entry_.emplace();
   usual_misfit_ = entries_.size() > kFramesThatHold ? MedianMisfit(entries_.size() - 1) : 0.0;
-  std::array<Ending, 2> endings;
+  std::array<RunEnding, 2> endings;
   for (const std::size_t light : {kSun, kSky}) {
     UpdateNoise(light);
     Track& track = tracks_[light];
@@ -194,7 +165,7 @@ FilteredLighting LightingFilter::Apply(const Lighting& raw, LightUnits units, co
     endings[light] = {true, ChangeBetween(light, last_run, {track.begin, EndOfRun(light)})};
   }
   FilteredLighting result = Report(entries_.back(), false);
-  Ease(entries_.back(), endings, result);
+  fading_.Add(units_, endings, result.lighting, entries_.back().lighting);
   return result;
 }
 
@@ -210,8 +181,7 @@ void LightingFilter::Restart(LightUnits units) {
   since_last_entry_.emplace();
   entries_.clear();
   tracks_ = {};
-  reported_.clear();
-  fading_.clear();
+  fading_ = {};
 }
 
 void LightingFilter::DropOldEntries(UtcTime now) {
@@ -223,46 +193,6 @@ void LightingFilter::DropOldEntries(UtcTime now) {
   }
 }
 
-std::optional<LightingFilter::Steps> LightingFilter::StepsOf(
-    const Lighting& raw, const std::optional<LightChange>& change) const {
-  if (!change) return std::nullopt;
-  const bool is_share = units_ == LightUnits::kRelativePerFrame;
-  const double sun_to_horizontal = SunToHorizontal(raw);
-  Steps steps;
-  for (int c = 0; c < 3; ++c) {
-    const double sun = change->sun_after_rgb[c];
-    const double sky = change->sky_after_rgb[c];
-    const double sun_variance = Square(change->sun_stddev_rgb[c]);
-    const double sky_variance = Square(change->sky_stddev_rgb[c]);
-    const double now = is_share ? sun_to_horizontal * sun + sky : 1.0;
-    const double before =
-        is_share ? sun_to_horizontal * change->sun_before_rgb[c] + change->sky_before_rgb[c] : 1.0;
-    if (!(now > 0.0) || !(before > 0.0)) return std::nullopt;
-    steps[kSun].value[c] = sun / now - change->sun_before_rgb[c] / before;
-    steps[kSky].value[c] = sky / now - change->sky_before_rgb[c] / before;
-    // As in EntryOf.
-    const double of_sun = is_share ? sun / now : 0.0;
-    const double of_sky = is_share ? sky / now : 0.0;
-    steps[kSun].variance[c] =
-        (Square(1.0 - of_sun * sun_to_horizontal) * sun_variance + Square(of_sun) * sky_variance) /
-        Square(now);
-    steps[kSky].variance[c] =
-        (Square(of_sky * sun_to_horizontal) * sun_variance + Square(1.0 - of_sky) * sky_variance) /
-        Square(now);
-  }
-  return steps;
-}
-
-void LightingFilter::AddToStepsSinceEntry(const std::optional<Steps>& steps) {
-  if (!steps) since_last_entry_.reset();
-  if (!since_last_entry_) return;
-  for (const std::size_t light : {kSun, kSky}) {
-    (*since_last_entry_)[light].value += (*steps)[light].value;
-    glm::dvec3& variance = (*since_last_entry_)[light].variance;
-    variance = glm::max(variance, (*steps)[light].variance);
-  }
-}
-
 LightingFilter::Entry LightingFilter::EntryOf(const Lighting& raw, const FrameFit& fit) const {
   Entry entry;
   entry.lighting = raw;
@@ -271,10 +201,9 @@ LightingFilter::Entry LightingFilter::EntryOf(const Lighting& raw, const FrameFi
   const glm::dvec3 sun = raw.sun.irradiance_rgb;
   const glm::dvec3 sky = raw.SkyIrradianceRgb();
   const double sun_to_horizontal = SunToHorizontal(raw);
-  const glm::dvec3 total = sun_to_horizontal * sun + sky;
   const double level = MeanOf(sun) + MeanOf(sky);
+  entry.unit = UnitOf(raw, units_);
   for (int c = 0; c < 3; ++c) {
-    if (units_ == LightUnits::kRelativePerFrame && total[c] > 0.0) entry.unit[c] = total[c];
     const double unit = entry.unit[c];
     const double share_of_sun = units_ == LightUnits::kRelativePerFrame ? sun[c] / unit : 0.0;
     const double share_of_sky = units_ == LightUnits::kRelativePerFrame ? sky[c] / unit : 0.0;
@@ -391,9 +320,9 @@ bool LightingFilter::Differ(const Mean& a, const Mean& b, double* sigmas) const 
   return in_sigmas > options_.change_sigmas;
 }
 
-std::optional<LightingFilter::Step> LightingFilter::ChangeBetween(std::size_t light,
-                                                                  const Span& from,
-                                                                  const Span& to) const {
+std::optional<SeenStep> LightingFilter::ChangeBetween(std::size_t light,
+                                                      const Span& from,
+                                                      const Span& to) const {
   glm::dvec3 since_first(0.0);
   glm::dvec3 variance(0.0);
   glm::dvec3 at_from(0.0);
@@ -403,7 +332,7 @@ std::optional<LightingFilter::Step> LightingFilter::ChangeBetween(std::size_t li
   for (std::size_t i = from.begin; i < to.end; ++i) {
     if (i > from.begin) {
       if (!entries_[i].since_last) return std::nullopt;
-      const Step& step = (*entries_[i].since_last)[light];
+      const SeenStep& step = (*entries_[i].since_last)[light];
       since_first += step.value;
       variance = glm::max(variance, step.variance);
     }
@@ -418,19 +347,19 @@ std::optional<LightingFilter::Step> LightingFilter::ChangeBetween(std::size_t li
     }
   }
   if (!(from_weights > 0.0) || !(to_weights > 0.0)) return std::nullopt;
-  return Step{at_to / to_weights - at_from / from_weights, variance};
+  return SeenStep{at_to / to_weights - at_from / from_weights, variance};
 }
 
 // The entry's step is no glitch where the surfaces that it has in common with the run show it.
 bool LightingFilter::IsSeenToChange(std::size_t light, const Span& run, std::size_t entry) const {
-  const std::optional<Step> seen = ChangeBetween(light, run, {entry, entry + 1});
-  if (!seen) return false;
+  const std::optional<SeenStep> seen = ChangeBetween(light, run, {entry, entry + 1});
+  if (!seen || (*entries_[entry].since_last)[light].may_be_exposure) return false;
   const glm::dvec3 found =
       MeanOver(light, entry, entry + 1).value - MeanOver(light, run.begin, run.end).value;
   const double variance = Square(kSeenSigmas) * 3.0 * MeanOf(seen->variance);
   const double size = glm::dot(seen->value, seen->value);
   const glm::dvec3 apart = found - seen->value;
-  return size > variance && glm::dot(apart, apart) < Square(kAgreement) * size + variance;
+  return size > variance && glm::dot(apart, apart) < Square(kSeenAgreement) * size + variance;
 }
 
 void LightingFilter::UpdateRun(std::size_t light) {
@@ -541,65 +470,6 @@ FilteredLighting LightingFilter::Report(const Entry& frame, bool is_held) const 
   if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(frame.lighting, lighting);
   AddDoubt(frame.lighting, result);
   return result;
-}
-
-// Of a change of the mean the share that surfaces in common may have shown, by channel.
-glm::dvec3 LightingFilter::SeenShare(const glm::dvec3& change, const Step& seen) {
-  glm::dvec3 share(0.0);
-  for (int c = 0; c < 3; ++c) {
-    if (change[c] == 0.0) continue;
-    const double reach =
-        std::max(kSeenSigmas * std::sqrt(seen.variance[c]), kAgreement * std::abs(seen.value[c]));
-    const double followed = std::clamp(change[c], seen.value[c] - reach, seen.value[c] + reach);
-    share[c] = std::clamp(followed / change[c], 0.0, 1.0);
-  }
-  return share;
-}
-
-void LightingFilter::Ease(const Entry& frame,
-                          const std::array<Ending, 2>& endings,
-                          FilteredLighting& result) {
-  Lighting& lighting = result.lighting;
-  const std::size_t side = SideOf(lighting);
-  const glm::dvec3 unit = frame.unit;
-  const auto unit_of = [&unit](std::size_t u) { return unit[static_cast<int>(u % 3)]; };
-  const bool has_reported = !reported_.empty();
-  const double elapsed_s =
-      has_reported ? std::max(0.0, SecondsBetween(reported_time_, lighting.time)) : 0.0;
-  fading_.resize(side, 0.0);
-  for (const std::size_t light : {kSun, kSky}) {
-    const std::size_t begin = light == kSun ? 0 : 3;
-    const std::size_t end = light == kSun ? 3 : side;
-    if (endings[light].has_ended && has_reported) {
-      glm::dvec3 change(0.0);
-      double level = 0.0;
-      for (std::size_t u = begin; u < end; ++u) {
-        fading_[u] = reported_[u] - Component(lighting, u) / unit_of(u);
-        change[static_cast<int>(u % 3)] -= fading_[u];
-        level += reported_[u];
-      }
-      const std::optional<Step>& seen = endings[light].seen;
-      const bool is_creep = std::abs(change.x + change.y + change.z) <= kCreep * level;
-      const glm::dvec3 share = seen ? SeenShare(change, *seen) : glm::dvec3(is_creep ? 0.0 : 1.0);
-      for (std::size_t u = begin; u < end; ++u) fading_[u] *= 1.0 - share[static_cast<int>(u % 3)];
-      fading_s_[light] = seen ? kFadingOfUnseenS : kFadingS;
-    }
-    const double left = has_reported ? std::exp(-elapsed_s / fading_s_[light]) : 0.0;
-    for (std::size_t u = begin; u < end; ++u) {
-      fading_[u] *= left;
-      double& component = Component(lighting, u);
-      component = std::max(0.0, component + unit_of(u) * fading_[u]);
-    }
-    for (std::size_t u = begin; u < end && HasCovariance(lighting); ++u) {
-      for (std::size_t v = begin; v < end; ++v) {
-        lighting.covariance[u * side + v] += unit_of(u) * fading_[u] * unit_of(v) * fading_[v];
-      }
-    }
-  }
-  if (units_ == LightUnits::kRelativePerFrame) GiveTotalOf(frame.lighting, lighting);
-  reported_time_ = lighting.time;
-  reported_.resize(side);
-  for (std::size_t u = 0; u < side; ++u) reported_[u] = Component(lighting, u) / unit_of(u);
 }
 
 }  // namespace pleinair

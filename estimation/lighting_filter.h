@@ -10,7 +10,9 @@
 
 #include <glm/vec3.hpp>
 
+#include "estimation/fading_light.h"
 #include "estimation/lighting_source.h"
+#include "estimation/seen_steps.h"
 #include "scene/lighting.h"
 
 namespace pleinair {
@@ -67,11 +69,12 @@ struct FilteredLighting {
 //           to be trusted, is held and changes nothing: a hand before the lens, a pose that is
 //           wrong. After memory_s of such frames they are the light.
 //   ramp    The run is as short as keeps the drift within the noise.
-//   seen    What surfaces that the frames have in common show of a step (LightChange) is followed
-//   at
-//           once, and not held. What they do not show are the errors of other surfaces, which a
-//           moving camera brings in: the reported light fades to the new mean, time constant 1 s.
-//   creep   Where they cannot tell, the light fades for less than 3 % of it, time constant 0.2 s.
+//   seen    A step that surfaces in common with the last frame show, too (LightChange), is followed
+//           at once. What they do not show of it are the errors of other surfaces, which a moving
+//           camera brings in: the reported light fades to the new mean, time constant 1 s. Sun and
+//           sky that change by one factor may be a wrong exposure: such a step is held.
+//   creep   Without surfaces in common, the light fades for less than 3 % of it, time constant
+//           0.2 s.
 //   gap     After more than memory_s a frame is not filtered.
 //   order   A frame from before the last one is reported unfiltered and changes nothing. After
 //           three in a row, or one by more than memory_s, the clock was set back: the filter
@@ -105,27 +108,15 @@ class LightingFilter {
     glm::dvec3 variance{0.0};  // As stated, plus a little, so that it is never 0.
     bool left_out = false;
   };
-  // The change of one light in the filter's units, by the surfaces that frames have in common. A
-  // sum of steps is as uncertain as the least certain of them: most surfaces stay, so that the
-  // noise of a frame enters the steps before and after it with opposite signs.
-  struct Step {
-    glm::dvec3 value{0.0};
-    glm::dvec3 variance{0.0};
-  };
-  using Steps = std::array<Step, 2>;
+
   // Entries of a run, from `begin` up to before `end`.
   struct Span {
     std::size_t begin = 0;
     std::size_t end = 0;
   };
-  // Whether a run has ended in this call, and what surfaces in common say of the change.
-  struct Ending {
-    bool has_ended = false;
-    std::optional<Step> seen;
-  };
   struct Entry {
     Lighting lighting;
-    std::optional<Steps> since_last;  // Since the entry before.
+    std::optional<SeenSteps> since_last;  // By the surfaces in common with the entry before.
     double misfit = 0.0;
     glm::dvec3 unit{1.0};  // The value that is 1 in the filter's units.
     std::array<Reading, 2> readings;
@@ -151,24 +142,18 @@ class LightingFilter {
   LightingFilterOptions options_;
   LightUnits units_ = LightUnits::kAbsolute;
   int late_frames_ = 0;
-  UtcTime last_time_{};                    // Of the last frame in order, held ones included.
-  std::optional<Steps> since_last_entry_;  // Until the frame at last_time_.
+  UtcTime last_time_{};                        // Of the last frame in order, held ones included.
+  std::optional<SeenSteps> since_last_entry_;  // Until the frame at last_time_.
   std::deque<Entry> entries_;
   std::array<Track, 2> tracks_;
   // Median over the frames before the newest; 0 where they are few or their misfits are unknown.
   double usual_misfit_ = 0.0;
-  // In the order of Lighting::covariance, in the filter's units.
-  std::vector<double> reported_;  // Last, at reported_time_.
-  UtcTime reported_time_{};
-  std::vector<double> fading_;                // The part of it that still fades.
-  std::array<double, 2> fading_s_{1.0, 1.0};  // With this time constant, of sun and sky.
+  FadingLight fading_;
 
   bool Continues(const Lighting& raw, LightUnits units) const;
   void Restart(LightUnits units);
   void DropOldEntries(UtcTime now);
   Entry EntryOf(const Lighting& raw, const FrameFit& fit) const;
-  std::optional<Steps> StepsOf(const Lighting& raw, const std::optional<LightChange>& change) const;
-  void AddToStepsSinceEntry(const std::optional<Steps>& steps);
   void UpdateNoise(std::size_t light);
   double NoiseShare(std::size_t light) const;
   double MedianMisfit(std::size_t entries) const;
@@ -177,9 +162,8 @@ class LightingFilter {
   Mean MeanOver(std::size_t light, std::size_t begin, std::size_t end) const;
   bool Differ(const Mean& a, const Mean& b, double* sigmas = nullptr) const;
   // What surfaces in common say of the change from one mean of entries to a later one.
-  std::optional<Step> ChangeBetween(std::size_t light, const Span& from, const Span& to) const;
+  std::optional<SeenStep> ChangeBetween(std::size_t light, const Span& from, const Span& to) const;
   bool IsSeenToChange(std::size_t light, const Span& run, std::size_t entry) const;
-  static glm::dvec3 SeenShare(const glm::dvec3& change, const Step& seen);
   void UpdateRun(std::size_t light);
   void CutWhereItChanged(std::size_t light);
   std::size_t EndOfRun(std::size_t light) const;
@@ -187,8 +171,6 @@ class LightingFilter {
   bool HasRuns() const;
   // The runs' light in the units and at the time of `frame`, which is held or the last entry.
   FilteredLighting Report(const Entry& frame, bool is_held) const;
-  // Fades the old light where a run has just ended for a change that is small or not seen.
-  void Ease(const Entry& frame, const std::array<Ending, 2>& endings, FilteredLighting& result);
 };
 
 }  // namespace pleinair

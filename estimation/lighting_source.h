@@ -69,7 +69,7 @@ struct LightingEstimate {
   ResponseCorrection response;
   // Since the last frame; only for light that is relative per frame.
   ExposureChange exposure_change;
-  // Since the last estimate, by the surfaces that both frames show; none where they do not tell.
+  // Since the last estimate, by the surfaces that both frames show; none where they do not show it.
   std::optional<LightChange> light_change;
   bool sun_observable = false;
   int samples_used = 0;

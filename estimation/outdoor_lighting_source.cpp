@@ -100,7 +100,7 @@ class OutdoorLightingSource final : public LightingSource {
                                  " clipped, black or of a plane that mostly is)";
       return estimate;
     }
-    estimate->light_change = light_change_watch_.Look(samples, estimate->lighting);
+    estimate->light_change = light_change_watch_.Compare(samples, estimate->lighting);
     estimate->new_sample_set_ms = new_sample_set_ms;
     return estimate;
   }

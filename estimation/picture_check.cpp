@@ -41,6 +41,8 @@ std::optional<PictureOverLight> CompareWithPicture(std::span<const DiffuseSample
     if (ratios.size() < kLeastCompared) return std::nullopt;
     const double median = UpperMedianInPlace(ratios);
     result.ratio_rgb[c] = std::exp(median);
+    const bool has_shaded = by_lit[0].size() >= kLeastOfEither;
+    result.shaded_ratio_rgb[c] = std::exp(has_shaded ? UpperMedianInPlace(by_lit[0]) : median);
     if (c != 1) continue;
     for (double& ratio : ratios) ratio = std::abs(ratio - median);
     result.scatter = std::exp(UpperMedianInPlace(ratios));

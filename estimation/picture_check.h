@@ -14,6 +14,7 @@ namespace pleinair {
 // Medians over samples of what the picture has over what the light gives.
 struct PictureOverLight {
   glm::dvec3 ratio_rgb{1.0};
+  glm::dvec3 shaded_ratio_rgb{1.0};  // Of the samples that the sun does not reach; of all if few.
   // Of green: the median factor between a sample's ratio and ratio_rgb; 1 where all agree.
   double scatter = 1.0;
   // Of green: the ratio of the samples in the sun over that of the others. 1 where either are few.

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <utility>
 
-#include <tbb/parallel_for.h>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <opencv2/core.hpp>
@@ -19,89 +18,6 @@
 namespace pleinair {
 namespace {
 
-constexpr int kMostSteps = 64;
-
-PixelRect ClippedTo(const PixelRect& rect, int width, int height) {
-  return {glm::max(rect.lower, glm::ivec2(0)), glm::min(rect.upper, glm::ivec2(width, height))};
-}
-
-template <typename Visit>
-void ForPixels(const PixelRect& rect, const Visit& visit) {
-  if (rect.Empty()) return;
-  tbb::parallel_for(rect.lower.y, rect.upper.y, [&](int y) {
-    for (int x = rect.lower.x; x < rect.upper.x; ++x) visit(glm::ivec2(x, y));
-  });
-}
-
-glm::ivec2 NearestPixel(const glm::vec2& at) { return glm::ivec2(glm::floor(at + 0.5f)); }
-
-// Weights of four pixels around a place between the second and the third: Keys' cubic
-// (IEEE Trans. ASSP 29(6), 1981), which widens no edge where linear ones do.
-std::array<float, 4> CubicWeights(float f) {
-  return {f * (-0.5f + f * (1.0f - 0.5f * f)),
-          1.0f + f * f * (-2.5f + 1.5f * f),
-          f * (0.5f + f * (2.0f - 1.5f * f)),
-          f * f * (-0.5f + 0.5f * f)};
-}
-
-// Between pixels' centres; `texel` gives the value of one.
-template <typename Texel>
-auto Linear(const glm::vec2& at, const Texel& texel) {
-  const glm::vec2 lower = glm::floor(at);
-  const glm::vec2 weight = at - lower;
-  const glm::ivec2 first(lower);
-  return (1.0f - weight.y) *
-             ((1.0f - weight.x) * texel(first) + weight.x * texel(first + glm::ivec2(1, 0))) +
-         weight.y * ((1.0f - weight.x) * texel(first + glm::ivec2(0, 1)) +
-                     weight.x * texel(first + glm::ivec2(1, 1)));
-}
-
-// The same by cubics, within the range of the four pixels around the place: beside the sun's glint
-// the cubics' negative weights would leave nothing.
-template <typename Texel>
-auto Cubic(const glm::vec2& at, const Texel& texel) {
-  const glm::vec2 lower = glm::floor(at);
-  const glm::vec2 weight = at - lower;
-  const glm::ivec2 first(lower);
-  // At a pixel's own place the result is exactly its value.
-  if (weight == glm::vec2(0.0f)) return texel(first);
-  const std::array<float, 4> across = CubicWeights(weight.x);
-  const std::array<float, 4> down = CubicWeights(weight.y);
-  auto least = texel(first);
-  auto most = least;
-  auto sum = 0.0f * least;
-  for (int y = 0; y < 4; ++y) {
-    if (down[static_cast<std::size_t>(y)] == 0.0f) continue;
-    for (int x = 0; x < 4; ++x) {
-      const float both = down[static_cast<std::size_t>(y)] * across[static_cast<std::size_t>(x)];
-      if (both == 0.0f) continue;
-      const auto value = texel(first + glm::ivec2(x - 1, y - 1));
-      sum += both * value;
-      if (x % 3 == 0 || y % 3 == 0) continue;  // Not around the place.
-      least = glm::min(least, value);
-      most = glm::max(most, value);
-    }
-  }
-  return glm::clamp(sum, least, most);
-}
-
-// The middle of a ray's way through a box, or where it passes closest by.
-glm::dvec3 CasterNear(const glm::dvec3& start,
-                      const glm::dvec3& direction,
-                      const glm::dvec3& lower,
-                      const glm::dvec3& upper) {
-  double enters = -std::numeric_limits<double>::infinity();
-  double leaves = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (direction[axis] == 0.0) continue;
-    const double a = (lower[axis] - start[axis]) / direction[axis];
-    const double b = (upper[axis] - start[axis]) / direction[axis];
-    enters = std::max(enters, std::min(a, b));
-    leaves = std::min(leaves, std::max(a, b));
-  }
-  return start + std::max(0.5 * (enters + leaves), 0.0) * direction;
-}
-
 // Within a hundredth.
 template <typename Value>
 bool AreAlike(const Value& a, const Value& b, const Value& c) {
@@ -110,25 +26,7 @@ bool AreAlike(const Value& a, const Value& b, const Value& c) {
   return glm::all(glm::lessThanEqual(glm::vec3(apart), glm::vec3(most)));
 }
 
-glm::vec2 Along(const glm::vec4& ends, float time) {
-  return (1.0f - time) * glm::vec2(ends.x, ends.y) + time * glm::vec2(ends.z, ends.w);
-}
-
-int StepsFor(const glm::vec4& ends, float px_per_step = 1.0f) {
-  const float length = glm::distance(glm::vec2(ends.x, ends.y), glm::vec2(ends.z, ends.w));
-  const int steps = static_cast<int>(std::ceil(length / px_per_step));
-  return std::clamp(steps, length > 0.0f ? 2 : 1, kMostSteps);
-}
-
-float TimeOf(int step, int steps) {
-  return (static_cast<float>(step) + 0.5f) / static_cast<float>(steps);
-}
-
 }  // namespace
-
-const glm::vec4& MotionBlur::Paths::At(const glm::ivec2& pixel) const {
-  return ends[rect.Index(pixel)];
-}
 
 MotionBlur::MotionBlur(const MotionInPicture& input,
                        const SurfaceView& view,
@@ -139,25 +37,9 @@ MotionBlur::MotionBlur(const MotionInPicture& input,
       motion_(input.motion),
       view_(view),
       lookup_(lookup),
-      to_sun_(to_sun),
       world_from_camera_(glm::inverse(view.camera.camera_from_world)),
-      eye_m_(world_from_camera_[3]) {
-  const int height = view.Height();
-  const int rows = motion_.readout_s > 0.0 ? height : 1;
-  const auto over_rows = [&](const auto& at_time) {
-    OverRows values;
-    for (int row = 0; row < rows; ++row) {
-      const double middle_s = rows > 1 ? motion_.MiddleOfRowS(row, height) : 0.0;
-      values.start.push_back(at_time(middle_s - 0.5 * motion_.exposure_s));
-      values.end.push_back(at_time(middle_s + 0.5 * motion_.exposure_s));
-    }
-    return values;
-  };
-  camera_motion_ = over_rows([&](double seconds) { return motion_.camera.After(seconds); });
+      surfaces_(input.motion, view, to_sun, objects) {
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    boxes_.push_back(objects[i].mesh.Empty() ? BoundingBox() : BoundingBoxOf(objects[i].mesh));
-    object_undone_.push_back(
-        over_rows([&](double seconds) { return glm::inverse(motion_.objects[i].After(seconds)); }));
     const SteadyMotion& own = motion_.objects[i];
     if (std::none_of(groups_.begin(), groups_.end(), [&](const Group& group) {
           return group.motion == own || (!group.motion.Moves() && !own.Moves());
@@ -169,30 +51,15 @@ MotionBlur::MotionBlur(const MotionInPicture& input,
   }
 }
 
-MotionBlur::OverRows MotionBlur::CameraFromCamera(const SteadyMotion& motion) const {
-  const int height = view_.Height();
-  OverRows result;
-  const auto at_time = [&](const glm::dmat4& camera_motion, double seconds) {
-    return view_.camera.camera_from_world * glm::inverse(camera_motion) * motion.After(seconds) *
-           world_from_camera_;
-  };
-  for (std::size_t row = 0; row < camera_motion_.start.size(); ++row) {
-    const double middle_s = camera_motion_.start.size() > 1
-                                ? motion_.MiddleOfRowS(static_cast<double>(row), height)
-                                : 0.0;
-    result.start.push_back(at_time(camera_motion_.start[row], middle_s - 0.5 * motion_.exposure_s));
-    result.end.push_back(at_time(camera_motion_.end[row], middle_s + 0.5 * motion_.exposure_s));
-  }
-  return result;
-}
-
-std::size_t MotionBlur::RowIndex(double row) const {
-  const double last = static_cast<double>(camera_motion_.start.size()) - 1.0;
-  return static_cast<std::size_t>(std::lround(std::clamp(row, 0.0, last)));
+ExposedRows MotionBlur::CameraFromCamera(const SteadyMotion& motion) const {
+  return OverRows(motion_, view_.Height(), [&](double seconds) {
+    return view_.camera.camera_from_world * glm::inverse(motion_.camera.After(seconds)) *
+           motion.After(seconds) * world_from_camera_;
+  });
 }
 
 double MotionBlur::CameraRowOf(const glm::ivec2& layer_pixel) const {
-  if (camera_motion_.start.size() == 1) return 0.0;
+  if (!(motion_.readout_s > 0.0)) return 0.0;
   if (lookup_.IsIdentity()) return layer_pixel.y;
   const CameraIntrinsics& layers = lookup_.Undistorted();
   const auto pixel = ProjectToPixel(view_.camera.intrinsics,
@@ -228,7 +95,7 @@ void MotionBlur::FindReach(Group& group) const {
       const SteadyMotion& own = motion_.objects[static_cast<std::size_t>(object)];
       if (own != group.motion && (own.Moves() || group.motion.Moves())) continue;
       const glm::ivec2 pixel(depths.x_px + x, depths.y_px + y);
-      const std::size_t row = RowIndex(CameraRowOf(pixel));
+      const std::size_t row = group.camera_from_camera.IndexOf(CameraRowOf(pixel));
       for (const glm::dmat4* transform :
            {&group.camera_from_camera.start[row], &group.camera_from_camera.end[row]}) {
         const glm::dvec2 offset = OffsetOf(*transform, pixel, double{depths.depth_m.At(x, y)});
@@ -286,7 +153,7 @@ void MotionBlur::FindPaths(Group& group) const {
   group.paths.rect = rect;
   group.paths.ends.resize(rect.Count());
   ForPixels(rect, [&](const glm::ivec2& pixel) {
-    const std::size_t row = RowIndex(CameraRowOf(pixel));
+    const std::size_t row = group.camera_from_camera.IndexOf(CameraRowOf(pixel));
     // Where the point is that comes to this pixel: depths hardly vary over such a way.
     const auto source = [&](const glm::dmat4& transform) {
       constexpr int kRounds = 3;
@@ -312,7 +179,7 @@ void MotionBlur::FindRealDepths() {
   const glm::dmat4& camera_from_world = view_.camera.camera_from_world;
   const bool moves = motion_.camera.Moves();
   real_paths_ = {rect_, {}};
-  const OverRows of_real = CameraFromCamera({});
+  const ExposedRows of_real = CameraFromCamera({});
   if (moves) real_paths_.ends.assign(rect_.Count(), glm::vec4(0.0f));
   ForPixels(rect_, [&](const glm::ivec2& pixel) {
     const glm::dvec3 ray(
@@ -338,7 +205,7 @@ void MotionBlur::FindRealDepths() {
     const double share = kPixels * per_px / std::max(facing, 1e-6) + kRounding;
     real_depth_[rect_.Index(pixel)] = static_cast<float>(depth * (1.0 + share));
     if (!moves) return;
-    const std::size_t row = RowIndex(at.y);
+    const std::size_t row = of_real.IndexOf(at.y);
     real_paths_.ends[rect_.Index(pixel)] =
         -glm::vec4(glm::vec2(OffsetOf(of_real.start[row], pixel, depth)),
                    glm::vec2(OffsetOf(of_real.end[row], pixel, depth)));
@@ -468,111 +335,21 @@ glm::vec4 MotionBlur::OverExposure(const glm::ivec2& layer_pixel) const {
   return sum;
 }
 
-// Where the surface of a pixel was, for its shadow, when it is the one of the frame's instant.
-glm::vec4 MotionBlur::SurfacePathOf(const glm::ivec2& pixel, Follows follows) const {
-  const std::size_t index = view_.region.Index(pixel.x, pixel.y);
-  const glm::dvec3 normal(view_.normal_world.pixels[index]);
-  if (normal == glm::dvec3(0.0)) return glm::vec4(0.0f);
-  const glm::dvec3 place(view_.position_world_m.pixels[index]);
-  const std::size_t row = RowIndex(pixel.y);
-  const auto offset = [&](const OverRows& camera, auto of_rows) -> glm::vec2 {
-    glm::dvec3 now = place;
-    if (motion_.camera.Moves()) {
-      const glm::dmat4& moved = (camera.*of_rows)[row];
-      const glm::dvec3 eye(moved * glm::dvec4(eye_m_, 1.0));
-      const glm::dvec3 ray = glm::dmat3(moved) * (place - eye_m_);
-      const double share = glm::dot(normal, place - eye) / glm::dot(normal, ray);
-      // A plane that is seen from its edge has been left meanwhile.
-      if (share > 0.5 && share < 2.0) now = eye + share * ray;
-    }
-    glm::dvec3 then = now;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < boxes_.size(); ++i) {
-      const glm::dvec3 lower(boxes_[i].lower_m);
-      const glm::dvec3 upper(boxes_[i].upper_m);
-      const glm::dvec3 middle = 0.5 * (lower + upper);
-      const double radius = std::max(0.5 * glm::distance(lower, upper), 1e-12);
-      const glm::dvec3 caster =
-          follows == Follows::kSunShadow ? CasterNear(now, to_sun_, lower, upper) : now;
-      const double away = glm::distance(caster, middle) / radius;
-      if (!(away < nearest)) continue;
-      nearest = away;
-      then = now;
-      if (!motion_.objects[i].Moves()) continue;
-      const glm::dvec3 back((object_undone_[i].*of_rows)[row] * glm::dvec4(caster, 1.0));
-      const double above = glm::dot(normal, back - place);
-      const double sine = glm::dot(normal, to_sun_);
-      if (follows == Follows::kOtherLight) {
-        then = back - above * normal;
-      } else if (sine > 1e-3) {
-        then = back - (above / sine) * to_sun_;
-      }
-    }
-    const glm::dvec3 seen(view_.camera.camera_from_world * glm::dvec4(then, 1.0));
-    if (!(seen.z > 0.0)) return glm::vec2(0.0f);
-    const auto at = ProjectToPixel(view_.camera.intrinsics, seen);
-    return at ? glm::vec2(*at - glm::dvec2(pixel)) : glm::vec2(0.0f);
-  };
-  return {offset(camera_motion_, &OverRows::start), offset(camera_motion_, &OverRows::end)};
-}
-
-// Whether two pixels show one surface, as far as shadows on it are concerned.
-bool MotionBlur::IsOnSurfaceOf(const glm::ivec2& pixel, const glm::ivec2& other) const {
-  if (other == pixel) return true;
-  if (!view_.region.Contains(other.x, other.y)) return false;
-  const std::size_t index = view_.region.Index(pixel.x, pixel.y);
-  const std::size_t index_of_other = view_.region.Index(other.x, other.y);
-  if (view_.region.pixels[index_of_other] == SurfaceView::kNoRegion) return false;
-  constexpr double kOff = 0.05;  // Share of the distance: far more than relief and a mesh's noise.
-  const glm::dvec3 place(view_.position_world_m.pixels[index_of_other]);
-  const glm::dvec3 from(view_.position_world_m.pixels[index]);
-  const glm::dvec3 normal(view_.normal_world.pixels[index]);
-  return std::abs(glm::dot(normal, place - from)) < kOff * glm::distance(place, eye_m_);
-}
-
-MotionBlur::Paths MotionBlur::SurfacePaths(const PixelRect& of_image, Follows follows) const {
-  glm::vec2 reach(0.0f);
-  constexpr int kAsked = 8;  // A pixel among so many in a row or column.
-  for (int y = of_image.lower.y; y < of_image.upper.y; y += kAsked) {
-    for (int x = of_image.lower.x; x < of_image.upper.x; x += kAsked) {
-      const glm::vec4 ends = glm::abs(SurfacePathOf({x, y}, follows));
-      reach = glm::max(reach, glm::max(glm::vec2(ends.x, ends.y), glm::vec2(ends.z, ends.w)));
-    }
-  }
-  constexpr float kMost = 1.2f;  // Factor over the sampled shifts.
-  const glm::ivec2 margin =
-      glm::min(glm::ivec2(glm::ceil(kMost * reach)) + 2, glm::ivec2(view_.Width(), view_.Height()));
-  Paths paths{
-      ClippedTo({of_image.lower - margin, of_image.upper + margin}, view_.Width(), view_.Height()),
-      {}};
-  paths.ends.resize(paths.rect.Count());
-  constexpr int kSpacing = 2;
-  ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
-    if (pixel % kSpacing == glm::ivec2(0)) {
-      paths.ends[paths.rect.Index(pixel)] = SurfacePathOf(pixel, follows);
-    }
-  });
-  // Those of a surface are nearly the same for pixels so near to each other.
-  ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
-    const glm::ivec2 near = pixel - pixel % kSpacing;
-    if (near == pixel) return;
-    const bool is_same = paths.rect.Holds(near) && IsOnSurfaceOf(pixel, near);
-    paths.ends[paths.rect.Index(pixel)] = is_same ? paths.At(near) : SurfacePathOf(pixel, follows);
-  });
-  return paths;
-}
-
 template <typename Value>
-void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follows follows) const {
+void MotionBlur::MoveOnSurfaces(int& x_px,
+                                int& y_px,
+                                Image<Value>& image,
+                                SurfacePaths::Carried carried) const {
   if (image.Empty()) return;
   const glm::ivec2 lower(x_px, y_px);
-  const Paths paths = SurfacePaths({lower, lower + glm::ivec2(image.width, image.height)}, follows);
+  const PixelPaths paths =
+      surfaces_.Over({lower, lower + glm::ivec2(image.width, image.height)}, carried);
   const auto texel = [&](const glm::ivec2& pixel) {
     const glm::ivec2 place = pixel - lower;
     return image.Contains(place.x, place.y) ? image.At(place.x, place.y) : Value(0.0f);
   };
   // The loss of sky light has no edges.
-  const bool is_smooth = follows == Follows::kOtherLight;
+  const bool is_smooth = carried == SurfacePaths::Carried::kOtherLight;
   const float px_per_step = is_smooth ? 3.0f : 1.0f;
   Image<Value> moved(paths.rect.Width(), paths.rect.Height());
   ForPixels(paths.rect, [&](const glm::ivec2& pixel) {
@@ -587,13 +364,14 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
       moved.pixels[paths.rect.Index(pixel)] = texel(pixel);
       return;
     }
-    const bool stays = IsOnSurfaceOf(pixel, first) && IsOnSurfaceOf(pixel, last);
+    const bool stays =
+        surfaces_.IsOnSurfaceOf(pixel, first) && surfaces_.IsOnSurfaceOf(pixel, last);
     Value sum(0.0f);
     float weights = 0.0f;
     for (int step = 0; step < steps; ++step) {
       const float time = TimeOf(step, steps);
       const glm::vec2 at = glm::vec2(pixel) + Along(ends, time);
-      if (!stays && !IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
+      if (!stays && !surfaces_.IsOnSurfaceOf(pixel, NearestPixel(at))) continue;
       const Value value = is_smooth ? Linear(at, texel) : Cubic(at, texel);
       // While an object covers the pixel, its surface is not visible.
       const float covered = may_be_covered ? TapAt(in_layers, time).value.a : 0.0f;
@@ -611,13 +389,13 @@ void MotionBlur::MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follo
 
 RealSunShare MotionBlur::Moved(const RealSunShare& share) const {
   RealSunShare moved = share;
-  MoveOnSurfaces(moved.x_px, moved.y_px, moved.hidden, Follows::kSunShadow);
+  MoveOnSurfaces(moved.x_px, moved.y_px, moved.hidden, SurfacePaths::Carried::kSunShadow);
   return moved;
 }
 
 IrradianceChange MotionBlur::Moved(const IrradianceChange& change) const {
   IrradianceChange moved = change;
-  MoveOnSurfaces(moved.x_px, moved.y_px, moved.irradiance_rgb, Follows::kOtherLight);
+  MoveOnSurfaces(moved.x_px, moved.y_px, moved.irradiance_rgb, SurfacePaths::Carried::kOtherLight);
   return moved;
 }
 

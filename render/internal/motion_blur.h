@@ -11,8 +11,11 @@
 #include <glm/vec4.hpp>
 
 #include "objects/virtual_object.h"
+#include "render/internal/exposed_rows.h"
 #include "render/internal/layer_lookup.h"
+#include "render/internal/pixel_paths.h"
 #include "render/internal/processor_composite.h"
+#include "render/internal/surface_paths.h"
 #include "scene/exposure_motion.h"
 #include "scene/irradiance_change.h"
 #include "scene/sun_shares.h"
@@ -28,8 +31,7 @@ namespace pleinair {
 // Objects   move as their nearest points in the picture do. What a real surface, or an object with
 //           another motion, hides at the frame's instant is not known. It is replaced by the mean
 //           of the rest of that object that passes through the pixel.
-// Shadows   move over the plane of the surface that a pixel shows: with the camera, and with the
-//           part of the nearest object that the sun's ray passes closest to its middle.
+// Shadows   move over the surfaces that pixels show (SurfacePaths).
 // Cost      pixels times steps, independent of the meshes.
 // Threads   The results do not depend on their number.
 class MotionBlur {
@@ -49,39 +51,23 @@ class MotionBlur {
   IrradianceChange Moved(const IrradianceChange& change) const;
 
  private:
-  // Values at the beginning and the end of the exposure, by the camera's row: of a single one where
-  // all rows are exposed together.
-  struct OverRows {
-    std::vector<glm::dmat4> start;
-    std::vector<glm::dmat4> end;
-  };
-  // From a pixel to where its content lies at the frame's instant, at the beginning (x, y) and at
-  // the end (z, w) of its exposure.
-  struct Paths {
-    PixelRect rect;
-    std::vector<glm::vec4> ends;
-
-    const glm::vec4& At(const glm::ivec2& pixel) const;
-  };
   // Objects with the same motion.
   struct Group {
     SteadyMotion motion;
-    OverRows camera_from_camera;
-    PixelRect rect;                    // Region of Paths.
+    ExposedRows camera_from_camera;
+    PixelRect rect;                    // Region of paths.
     std::vector<float> depth;          // Over rect: of the nearest of its pixels.
     std::vector<std::uint8_t> shows;   // Over rect: where it is the nearest object.
     std::vector<std::uint8_t> hidden;  // The same, behind a real surface.
-    Paths paths;
+    PixelPaths paths;
   };
   // The objects' layer at a pixel at one time.
   struct Tap {
     glm::vec4 value{0.0f};
     int unknown = 0;  // Group whose value is not known, and one; 0: none.
   };
-  enum class Follows { kSunShadow, kOtherLight };
 
-  OverRows CameraFromCamera(const SteadyMotion& motion) const;
-  std::size_t RowIndex(double row) const;
+  ExposedRows CameraFromCamera(const SteadyMotion& motion) const;
   double CameraRowOf(const glm::ivec2& layer_pixel) const;
   glm::dvec2 OffsetOf(const glm::dmat4& camera_from_camera, const glm::dvec2& at, double z) const;
   void FindReach(Group& group) const;
@@ -92,27 +78,23 @@ class MotionBlur {
   Tap TapAt(const glm::ivec2& layer_pixel, float time) const;
   glm::vec4 OverExposure(const glm::ivec2& layer_pixel) const;
 
-  glm::vec4 SurfacePathOf(const glm::ivec2& pixel, Follows follows) const;
-  bool IsOnSurfaceOf(const glm::ivec2& pixel, const glm::ivec2& other) const;
-  Paths SurfacePaths(const PixelRect& of_image, Follows follows) const;
   template <typename Value>
-  void MoveOnSurfaces(int& x_px, int& y_px, Image<Value>& image, Follows follows) const;
+  void MoveOnSurfaces(int& x_px,
+                      int& y_px,
+                      Image<Value>& image,
+                      SurfacePaths::Carried carried) const;
 
   const MotionInPicture& input_;
   const ExposureMotion& motion_;
   const SurfaceView& view_;
   const LayerLookup& lookup_;
-  glm::dvec3 to_sun_;
-  std::vector<BoundingBox> boxes_;
   glm::dmat4 world_from_camera_;
-  glm::dvec3 eye_m_;
-  OverRows camera_motion_;               // In the world.
-  std::vector<OverRows> object_undone_;  // In the world: back to the frame's instant.
+  SurfacePaths surfaces_;
   std::vector<Group> groups_;
   LayerPart<glm::vec4> layer_;
   PixelRect rect_;                 // The part of the picture that motion may change.
   std::vector<float> real_depth_;  // Over rect_: what is farther is behind a real surface.
-  Paths real_paths_;  // Paths of the real surfaces over rect_; empty where they do not move.
+  PixelPaths real_paths_;  // Paths of the real surfaces over rect_; empty where they do not move.
 };
 
 }  // namespace pleinair

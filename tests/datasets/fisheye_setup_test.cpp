@@ -181,6 +181,25 @@ TEST_F(FisheyeFrames, AreTiedInColourByTheCalibration) {
   EXPECT_EQ((*frame)->fisheye_radiance->At(0, 0), glm::vec3(1.0f, 1.5f, 1.0f));
 }
 
+// A half float's infinite sun is still one, and no undefined number.
+TEST_F(FisheyeFrames, KeepAnInfiniteSunWhereColoursAreTied) {
+  std::string text = kFisheyeCalibration;
+  text.insert(text.find("\"fov_deg\""),
+              "\"room_from_fisheye_rgb\": [[2, 0, 0], [0, 1, 0], [0, 0, 0.5]], ");
+  Write(folder_ / "fisheye.json", text);
+  RgbImage sky = sky_;
+  sky.At(7, 3) = glm::vec3(1e7f);
+  sky.At(8, 3) = glm::vec3(std::numeric_limits<float>::infinity());
+  WriteExr(folder_ / "frames/f0.exr", sky, ExrPrecision::kFloat);
+  WriteDocument(Everything());
+  const auto source = MakeRecordedFrameSource(ReadSequence(folder_), FrameKind::kLinear);
+  const auto frame = source->Next();
+  ASSERT_TRUE(frame && frame->has_value());
+  const RgbImage& read = (*frame)->fisheye_radiance.value();
+  EXPECT_EQ(read.At(8, 3), glm::vec3(std::numeric_limits<float>::infinity()));
+  EXPECT_EQ(read.At(7, 3), glm::vec3(2e7f, 1e7f, 5e6f));
+}
+
 TEST_F(FisheyeFrames, WithABrokenSkyAreThatFramesError) {
   WriteDocument(Everything());
   EXPECT_NE(FirstReason().find("f0.exr: expected an image file, found nothing"), std::string::npos);

@@ -8,8 +8,8 @@
 #include <glm/matrix.hpp>
 
 #include "calib/exif_time.h"
-#include "datasets/new_site.h"
 #include "datasets/posed_frame_source.h"
+#include "datasets/stated_pose.h"
 #include "datasets/video/video_writer.h"
 #include "scene/image_io.h"
 #include "sunmodel/time_text.h"
@@ -114,7 +114,7 @@ TEST_F(PictureFolder, RefusesPicturesOfACameraHeldOtherwise) {
   for (unsigned orientation = 1; orientation <= 8; ++orientation) {
     const fs::path picture = pictures_ / (std::to_string(orientation) + ".jpg");
     Sequence held = site_;
-    held.camera_from_world = PoseLookingAt({0.0, 0.0, 1.6}, {0.0, 10.0, 1.0}, picture);
+    held.camera_from_world = PoseLookingAt({0.0, 0.0, 1.6}, {0.0, 10.0, 1.0}, UpInPicture(picture));
     EXPECT_GT(glm::determinant(glm::dmat3(*held.camera_from_world)), 0.999);
     EXPECT_TRUE(MakeFrameSourceAt(held, picture, {})->Next()->has_value()) << orientation;
   }

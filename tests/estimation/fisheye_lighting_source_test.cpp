@@ -188,7 +188,7 @@ TEST(FisheyeLightingSource, LightOfAnUnknownExposureIsInThePicturesUnits) {
   EXPECT_NE(nothing.error().reason.find("exposure"), std::string::npos);
 }
 
-// A bird on the dome, or a sky camera that has stopped: the patches of sun tell.
+// A bird on the dome, or a sky camera that has stopped: the patches of sun show it.
 TEST(FisheyeLightingSource, ASunThatTheSurfacesContradictIsMeasuredOnThem) {
   AgreeingScene scene;
   scene.fisheye.sun_radiance *= 0.01;
@@ -207,6 +207,45 @@ TEST(FisheyeLightingSource, ASunThatTheSurfacesContradictIsMeasuredOnThem) {
   ASSERT_TRUE(old.has_value());
   EXPECT_TRUE(old->sky_camera.shows_another_sun);
   EXPECT_LT(old->lighting.sun.irradiance_rgb.g, 0.03 * scene.sky.g);
+}
+
+// Both at once: a bird on the dome of a camera with another gain.
+TEST(FisheyeLightingSource, AHiddenSunInOtherUnitsIsMeasuredOnTheSurfaces) {
+  AgreeingScene scene;
+  scene.fisheye.sun_radiance *= 0.01;
+  scene.frame.fisheye_radiance = MakeFisheyePicture(scene.fisheye);
+  for (glm::vec3& pixel : scene.frame.fisheye_radiance->pixels) pixel *= 0.1f;
+  const auto estimate = scene.Estimate();
+  ASSERT_TRUE(estimate.has_value());
+  EXPECT_TRUE(estimate->sky_camera.shows_another_sun);
+  EXPECT_LT(LargestOff(estimate->lighting, scene.picture.sun, scene.sky), 0.1);
+}
+
+TEST(FisheyeLightingSource, AClippedSunOfAnUnknownExposureIsInThePicturesUnits) {
+  AgreeingScene scene;
+  scene.fisheye.spread_px = 2.0;
+  scene.frame.fisheye_radiance = MakeFisheyePicture(scene.fisheye);
+  for (glm::vec3& pixel : scene.frame.fisheye_radiance->pixels) {
+    pixel = glm::min(pixel, glm::vec3(200.0f));
+  }
+  for (glm::vec3& pixel : scene.frame.radiance.pixels) pixel *= 0.003f;
+  scene.frame.units = LightUnits::kRelativePerFrame;
+  const auto estimate = scene.Estimate();
+  ASSERT_TRUE(estimate.has_value());
+  EXPECT_LT(LargestOff(estimate->lighting, 0.003 * scene.picture.sun, 0.003 * scene.sky), 0.1);
+}
+
+TEST(FisheyeLightingSource, ANightIsDarkInAnyUnits) {
+  Scene scene;
+  for (glm::vec3& pixel : scene.frame.fisheye_radiance->pixels) pixel = glm::vec3(0.0f);
+  for (const LightUnits units : {LightUnits::kAbsolute, LightUnits::kRelativePerFrame}) {
+    scene.frame.units = units;
+    scene.view.sun_direction_enu = {0.6, 0.0, -0.8};
+    const auto estimate = scene.Estimate();
+    ASSERT_TRUE(estimate.has_value());
+    EXPECT_EQ(estimate->lighting.SkyIrradianceRgb(), glm::dvec3(0.0));
+    for (const glm::dvec3& region : estimate->sky_radiance_rgb) EXPECT_EQ(region, glm::dvec3(0.0));
+  }
 }
 
 TEST(FisheyeLightingSource, ABlackPictureByDayFails) {

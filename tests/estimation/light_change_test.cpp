@@ -57,9 +57,9 @@ std::optional<LightChange> ChangeTo(const SyntheticScene& scene,
                                     std::span<const DiffuseSample> after,
                                     double sun_before = 1.0) {
   LightChangeWatch watch;
-  EXPECT_FALSE(
-      watch.Look(SamplesUnder(scene, sun_before, 1.0), EstimateOf(scene, sun_before)).has_value());
-  return watch.Look(after, EstimateOf(scene));
+  EXPECT_FALSE(watch.Compare(SamplesUnder(scene, sun_before, 1.0), EstimateOf(scene, sun_before))
+                   .has_value());
+  return watch.Compare(after, EstimateOf(scene));
 }
 
 TEST(LightChange, AlbedosThatAreWrongAreWrongInBothFrames) {
@@ -87,25 +87,25 @@ TEST(LightChange, AlbedosThatAreWrongAreWrongInBothFrames) {
   }
 }
 
-TEST(LightChange, DeviationsHoldForAStillLight) {
-  int within = 0;
-  int all = 0;
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const SyntheticScene scene = WithGuessedAlbedos(seed);
-    const auto change = ChangeTo(scene, SamplesUnder(scene, 1.0, 1.0, seed + 100));
-    ASSERT_TRUE(change.has_value());
-    for (int c = 0; c < 3; ++c, all += 2) {
-      within += std::abs(change->sun_after_rgb[c] - change->sun_before_rgb[c]) <=
-                        2.0 * change->sun_stddev_rgb[c]
-                    ? 1
-                    : 0;
-      within += std::abs(change->sky_after_rgb[c] - change->sky_before_rgb[c]) <=
-                        2.0 * change->sky_stddev_rgb[c]
-                    ? 1
-                    : 0;
+TEST(LightChange, DeviationsHold) {
+  for (const double cloud : {1.0, 0.7}) {
+    int within = 0;
+    int all = 0;
+    for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+      const SyntheticScene scene = WithGuessedAlbedos(seed);
+      const auto change = ChangeTo(scene, SamplesUnder(scene, cloud, 2.0 - cloud, seed + 100));
+      ASSERT_TRUE(change.has_value());
+      for (int c = 0; c < 3; ++c, all += 2) {
+        const double sun = cloud * change->sun_before_rgb[c];
+        const double sky = (2.0 - cloud) * change->sky_before_rgb[c];
+        const double sun_off = std::abs(change->sun_after_rgb[c] - sun);
+        const double sky_off = std::abs(change->sky_after_rgb[c] - sky);
+        within += sun_off <= 2.0 * change->sun_stddev_rgb[c] ? 1 : 0;
+        within += sky_off <= 2.0 * change->sky_stddev_rgb[c] ? 1 : 0;
+      }
     }
+    EXPECT_GE(within, all * 9 / 10) << cloud;
   }
-  EXPECT_GE(within, all * 95 / 100);
 }
 
 TEST(LightChange, ASunThatComesOutIsSeen) {
@@ -158,7 +158,7 @@ TEST(LightChange, OrderAndNewPlacesDoNotMatter) {
   }
 }
 
-TEST(LightChangeHardCases, OtherPlacesSayNothing) {
+TEST(LightChangeHardCases, OtherPlacesAreNoEvidence) {
   const SyntheticScene scene = WithGuessedAlbedos();
   std::vector<DiffuseSample> after = SamplesUnder(scene, 1.0, 1.0, 2);
   for (DiffuseSample& sample : after) sample.place_world_m.z += 1.0f;
@@ -170,7 +170,7 @@ TEST(LightChangeHardCases, OtherPlacesSayNothing) {
 }
 
 // A wrong pose: every place shows another surface.
-TEST(LightChangeHardCases, PlacesThatShowOtherSurfacesSayNothing) {
+TEST(LightChangeHardCases, PlacesThatShowOtherSurfacesAreNoEvidence) {
   const SyntheticScene scene = WithGuessedAlbedos();
   std::vector<DiffuseSample> after = SamplesUnder(scene, 1.0, 1.0, 2);
   std::mt19937_64 random(3);
@@ -180,16 +180,19 @@ TEST(LightChangeHardCases, PlacesThatShowOtherSurfacesSayNothing) {
   EXPECT_FALSE(ChangeTo(scene, after).has_value());
 }
 
+// Most places are clipped, black, broken or were rejected, and would all show less light.
 TEST(LightChangeHardCases, ClippedBlackAndBrokenPlacesAreLeftOut) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const SyntheticScene scene = WithGuessedAlbedos();
   std::vector<DiffuseSample> after = SamplesUnder(scene, 1.0, 1.0, 2);
-  for (std::size_t i = 0; i < after.size(); i += 2) {
+  for (std::size_t i = 0; i < after.size(); ++i) {
     DiffuseSample& sample = after[i];
-    if (i % 8 == 0) sample.radiance_stddev_rgb.g = kInfinity;
-    if (i % 8 == 2) sample.radiance_rgb = glm::dvec3(0.0);
-    if (i % 8 == 4) sample.radiance_rgb.b = std::numeric_limits<double>::quiet_NaN();
-    if (i % 8 == 6) sample.is_rejected = true;
+    if (i % 10 >= 6) continue;
+    sample.radiance_rgb *= 0.3;
+    if (i % 10 <= 1) sample.radiance_stddev_rgb.g = kInfinity;
+    if (i % 10 == 2) sample.radiance_rgb.r = 0.0;
+    if (i % 10 == 3) sample.radiance_rgb.b = std::numeric_limits<double>::quiet_NaN();
+    if (i % 10 >= 4) sample.is_rejected = true;
   }
   const auto change = ChangeTo(scene, after);
   ASSERT_TRUE(change.has_value());
@@ -203,7 +206,7 @@ TEST(LightChangeHardCases, NightIsNoLightToChange) {
   LightChangeWatch watch;
   Lighting night = EstimateOf(scene, 0.0, 0.0);
   for (int frame = 0; frame < 3; ++frame) {
-    EXPECT_FALSE(watch.Look(SamplesUnder(scene, 0.0, 0.0), night).has_value());
+    EXPECT_FALSE(watch.Compare(SamplesUnder(scene, 0.0, 0.0), night).has_value());
   }
 }
 

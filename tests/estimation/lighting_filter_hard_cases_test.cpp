@@ -72,6 +72,36 @@ TEST(LightingFilterHardCases, OneBadFrameIsLeftOut) {
   }
 }
 
+// The surfaces show it, too: a camera that states a new exposure a frame late.
+TEST(LightingFilterHardCases, AWrongExposureIsHeldThoughAllSurfacesShowIt) {
+  EstimateStream stream;
+  stream.noise = 0.003;
+  auto raw = stream.Make(60, [](int) { return TrueLight(); });
+  const auto clean = raw;
+  const auto factor_of = [](std::size_t i) { return i == 30 ? 2.0 : 1.0; };
+  raw[30].sun.irradiance_rgb *= factor_of(30);
+  for (SkyComponent& sky : raw[30].sky) sky.irradiance_rgb *= factor_of(30);
+  LightingFilter filter;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    FrameFit fit;
+    if (i > 0) {
+      const TrueLight light;
+      fit.change = {factor_of(i - 1) * light.sun,
+                    factor_of(i - 1) * light.sky,
+                    factor_of(i) * light.sun,
+                    factor_of(i) * light.sky,
+                    0.001 * light.sun,
+                    0.001 * light.sky,
+                    glm::dvec3(0.0)};
+    }
+    const FilteredLighting filtered = filter.Apply(raw[i], LightUnits::kAbsolute, fit);
+    EXPECT_EQ(filtered.sun.held, i == 30) << i;
+    if (i >= 25) {
+      EXPECT_LT(SunOff(filtered.lighting, clean[i]), 0.012) << i;
+    }
+  }
+}
+
 // Every fourth frame is bad, and each time another way.
 TEST(LightingFilterHardCases, FrequentBadFramesAreLeftOut) {
   EstimateStream stream;

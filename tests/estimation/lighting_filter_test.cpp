@@ -174,7 +174,8 @@ LightChange Seen(const TrueLight& before, const TrueLight& after) {
           after.sun,
           after.sky,
           0.001 * glm::max(before.sun, after.sun),
-          0.001 * glm::max(before.sky, after.sky)};
+          0.001 * glm::max(before.sky, after.sky),
+          glm::dvec3(0.0)};
 }
 
 constexpr LightUnits kBothUnits[] = {LightUnits::kAbsolute, LightUnits::kRelativePerFrame};

@@ -50,6 +50,26 @@ TEST(OutdoorLightingSourceHardCases, NotFinitePixelsAreIgnored) {
   EXPECT_NEAR(estimate->lighting.sun.irradiance_rgb.x, picture.sun.x, 0.01 * picture.sun.x);
 }
 
+// Overexposed but for a corner: the next frame has all the places that it shows.
+TEST(OutdoorLightingSourceHardCases, ABadFirstFrameDoesNotLimitTheNextOnes) {
+  const SyntheticPicture picture;
+  const SurfaceView view = MakeView(picture);
+  const Frame good = MakeFrame(picture, view);
+  Frame bad = good;
+  for (int y = 0; y < picture.height; ++y) {
+    for (int x = 0; x < picture.width; ++x) {
+      if (x > picture.width / 3) bad.unusable.At(x, y) = kUnusable;
+    }
+  }
+  const auto source = MakeOutdoorLightingSource({});
+  ASSERT_TRUE(source->Estimate(Observe(bad, view)));
+  const auto fresh = MakeOutdoorLightingSource({});
+  const auto expected = fresh->Estimate(Observe(good, view));
+  const auto estimate = source->Estimate(Observe(good, view));
+  ASSERT_TRUE(estimate && expected);
+  EXPECT_EQ(estimate->samples_used, expected->samples_used);
+}
+
 TEST(OutdoorLightingSourceHardCases, WithoutAUsablePixelThePriorAnswersOrTheReasonIsStated) {
   const SyntheticPicture picture;
   const SurfaceView view = MakeView(picture);
