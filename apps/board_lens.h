@@ -2,6 +2,7 @@
 // shows, the lens that fits, and the files that it is written to.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <filesystem>
 #include <functional>

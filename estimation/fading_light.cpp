@@ -18,16 +18,17 @@ constexpr double kFadingS = 0.2;
 // So does, with this one, what surfaces in common do not show: the errors of other surfaces, of a
 // tenth of a light and more, which at thirty frames a second are then below its noise.
 constexpr double kFadingOfUnseenS = 1.0;
-// The deviations by which a change that is followed at once may differ from what is seen.
-constexpr double kFollowedSigmas = 2.0;
+// The deviations by which a change that is followed at once may differ from what is seen. Creep
+// fades whatever they are.
+constexpr double kFollowedSigmas = 1.0;
 
 // Of a change of the mean the share that surfaces in common may have shown, by channel.
-glm::dvec3 SeenShare(const glm::dvec3& change, const SeenStep& seen) {
+glm::dvec3 SeenShare(const glm::dvec3& change, const SeenStep& seen, double sigmas) {
   glm::dvec3 share(0.0);
   for (int c = 0; c < 3; ++c) {
     if (change[c] == 0.0) continue;
-    const double reach = std::max(kFollowedSigmas * std::sqrt(seen.variance[c]),
-                                  kSeenAgreement * std::abs(seen.value[c]));
+    const double reach =
+        std::max(sigmas * std::sqrt(seen.variance[c]), kSeenAgreement * std::abs(seen.value[c]));
     const double followed = std::clamp(change[c], seen.value[c] - reach, seen.value[c] + reach);
     share[c] = std::clamp(followed / change[c], 0.0, 1.0);
   }
@@ -88,7 +89,8 @@ void FadingLight::Add(LightUnits units,
       }
       const std::optional<SeenStep>& seen = endings[light].seen;
       const bool is_creep = std::abs(change.x + change.y + change.z) <= kCreep * level;
-      const glm::dvec3 share = seen ? SeenShare(change, *seen) : glm::dvec3(is_creep ? 0.0 : 1.0);
+      const glm::dvec3 share = seen ? SeenShare(change, *seen, is_creep ? 0.0 : kFollowedSigmas)
+                                    : glm::dvec3(is_creep ? 0.0 : 1.0);
       for (std::size_t u = begin; u < end; ++u) fading_[u] *= 1.0 - share[static_cast<int>(u % 3)];
       fading_s_[light] = seen ? kFadingOfUnseenS : kFadingS;
     }

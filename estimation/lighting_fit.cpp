@@ -92,12 +92,13 @@ void LightingFitter::Impl::LoadPrior(const LightingPrior& prior) {
   prior_information = fixed_prior_information;
 }
 
-// How much there is of the beam that a shape's light belongs to. It is 1 from a tenth of the clear
-// sky's sun over sky on: thin cloud lets that much through, and is still brighter around the sun.
-// Where that would be a twentieth of the sky's light or less, as at sunset, a missing sun is no
-// evidence: the value rises gradually to 1.
+// How much there is of the beam that a shape's light belongs to. It is 1 from 0.7 of the clear
+// sky's sun over sky on, as haze that is not known takes some of it. That light is the beam's own,
+// scattered: without such a bound a sky of it takes the sun's place where things that the mesh
+// lacks darken the shade. Where a clear sky's sun would be a twentieth of its light or less, as at
+// sunset, a missing sun is no evidence: the value rises gradually to 1.
 double LightingFitter::Impl::BeamIn(const LightingPrior& prior, const LightVector& x) const {
-  constexpr double kEnough = 0.1;
+  constexpr double kEnough = 0.7;
   constexpr double kTellingRatio = 0.5;
   const int bases = problem.basis_count;
   double sun = 0.0;

@@ -288,8 +288,7 @@ TEST(FisheyeSkyHardCases, ASunBeyondTheFilesNumbersIsClipped) {
   }
   const FisheyeSky sky = ReadPicture(picture, radiance);
   EXPECT_TRUE(sky.Sun().clipped);
-  EXPECT_GT(sky.Sun().irradiance_rgb.y, 0.0);
-  EXPECT_LT(sky.Sun().irradiance_rgb.y, whole.Sun().irradiance_rgb.y);
+  EXPECT_EQ(sky.Sun().irradiance_rgb, glm::dvec3(0.0));  // No bound is known.
   EXPECT_NEAR(
       sky.SkyIrradianceRgb().y, whole.SkyIrradianceRgb().y, 0.01 * whole.SkyIrradianceRgb().y);
   // A hot pixel elsewhere does not make the sun doubtful.

@@ -439,14 +439,16 @@ double ShareOfTheBeamsShape(double sun, double clear_sun_to_sky) {
   return fit.irradiance_rgb[10] / scene.sky.y;
 }
 
-// Behind cloud there is none of it, in the sun it has its share like the others. A little beam is
-// between. Where a clear sky's beam is almost 0 itself, its absence proves nothing.
+// Behind cloud there is none of it, in the sun it has its share like the others. Half of the beam
+// is between, and has less than half of that share. Where a clear sky's beam is almost 0 itself,
+// its absence proves nothing.
 TEST(LightingFit, WithoutABeamItsShapeHasNoShare) {
   EXPECT_NEAR(ShareOfTheBeamsShape(0.0, 8.0), 0.0, 0.01);
   EXPECT_NEAR(ShareOfTheBeamsShape(1.0, 8.0), 1.0 / 3.0, 0.01);
-  const double little = ShareOfTheBeamsShape(0.05, 8.0);  // Sun over sky is 0.35.
-  EXPECT_GT(little, 0.05);
-  EXPECT_LT(little, 0.25);
+  EXPECT_LT(ShareOfTheBeamsShape(0.05, 8.0), 0.05);
+  const double half = ShareOfTheBeamsShape(0.5, 8.0);  // Sun over sky is 3.5.
+  EXPECT_GT(half, 0.1);
+  EXPECT_LT(half, 0.25);
   EXPECT_GT(ShareOfTheBeamsShape(0.0, 0.02), 0.3);
   EXPECT_NEAR(ShareOfTheBeamsShape(0.0, 0.0), 1.0 / 3.0, 0.01);
 }

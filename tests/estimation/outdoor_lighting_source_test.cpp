@@ -41,7 +41,8 @@ TEST(OutdoorLightingSource, FindsSunAndSkyInAPicture) {
   EXPECT_GT(estimate->new_sample_set_ms, 0.0);
 }
 
-// Three shapes that the picture cannot distinguish: behind cloud the clear one has no share.
+// Three shapes that the picture cannot distinguish: the clear one has a third of the sky under
+// nearly a clear sky's sun, and nothing behind cloud.
 TEST(OutdoorLightingSource, AnOvercastSkyIsNotClear) {
   for (const bool is_overcast : {true, false}) {
     SyntheticPicture picture;
