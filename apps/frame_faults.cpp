@@ -94,8 +94,8 @@ std::vector<std::string> FrameFaults::Notes() const {
              "calibrate colour` ties the two cameras");
   add_frames("whose fish-eye pictures have another sun than their own",
              under_another_sun_,
-             "it is measured on the surfaces; the sky's pictures hide it, clip it or are of "
-             "another time");
+             "it is measured on the surfaces; something hides it from the sky camera, or the sky's "
+             "pictures are of another time");
   for (const auto& [weather, count] : contradicting_) {
     add_frames(fmt::format("that look {}, against the stated weather", NameOf(weather)),
                count,

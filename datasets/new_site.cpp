@@ -9,13 +9,10 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <glm/mat3x3.hpp>
 #include <nlohmann/json.hpp>
 
 #include "calib/exif_lens.h"
-#include "calib/json_cursor.h"
 #include "calib/timed_pose.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/sequence.h"

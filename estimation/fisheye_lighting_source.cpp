@@ -75,6 +75,7 @@ class FisheyeLightingSource final : public LightingSource {
       return tl::unexpected(LightingFailure{
           "its fish-eye picture is black, with the sun above the horizon: expected the sky"});
     }
+    const SkyCameraCheck before = std::exchange(last_, {});
     LightingEstimate estimate = EstimateOfSky(observation);
     estimate.units = observation.frame.units;
     estimate.new_sample_set_ms = samples_.Measure(observation);
@@ -94,12 +95,10 @@ class FisheyeLightingSource final : public LightingSource {
       from_sky = {glm::dvec3(0.0), kContradictedError};
     }
     if (sky_.Sun().clipped) {
-      MarkRejected(Fit(observation, from_sky, estimate), samples_.Samples());
-      last_ = {};
+      Fit(observation, from_sky, estimate);
     } else if (over) {
+      last_ = before;
       CheckAgainstPicture(observation, estimate);
-    } else {
-      last_ = {};
     }
     if (estimate.sun_elsewhere_enu) estimate.sun_observable = false;
     return estimate;
@@ -148,6 +147,11 @@ class FisheyeLightingSource final : public LightingSource {
     }
     for (glm::dvec3& region : estimate.sky_radiance_rgb) region *= factor_rgb;
     estimate.sky_camera.factor_rgb *= factor_rgb;
+    AddErrorOfAlbedos(lighting);
+  }
+
+  // Of light that is measured on surfaces.
+  static void AddErrorOfAlbedos(Lighting& lighting) {
     for (std::size_t u = 0; u < 6; ++u) {
       for (std::size_t v = u % 3; v < 6; v += 3) {
         lighting.covariance[u * 6 + v] +=
@@ -166,23 +170,27 @@ class FisheyeLightingSource final : public LightingSource {
     bool shows_another_sun = false;
     if (IsFarFromOne(over->lit_over_others, sun_limit)) {
       // Shaded places lack the light of the sun's patches, or the units are others, too.
+      const LightingEstimate of_sky = estimate;
       for (const glm::dvec3& factor_rgb : {glm::dvec3(1.0), over->shaded_ratio_rgb}) {
-        LightingEstimate trial = estimate;
+        LightingEstimate trial = of_sky;
         if (factor_rgb != glm::dvec3(1.0)) Scale(factor_rgb, trial);
-        const LightingFit fit = Fit(observation, {glm::dvec3(0.0), kContradictedError}, trial);
+        Fit(observation, {glm::dvec3(0.0), kContradictedError}, trial);
         const auto left = CompareWithPicture(samples, trial.lighting);
         if (!trial.sun_observable || !left) continue;
         if (!(left->scatter - 1.0 < kLeftOfScatter * (over->scatter - 1.0))) continue;
         estimate = std::move(trial);
         shows_another_sun = true;
         over = left;
-        MarkRejected(fit, samples);
       }
     }
     estimate.sky_camera.shows_another_sun = shows_another_sun;
-    estimate.sky_camera.is_in_other_units = IsInOtherUnits(*over);
+    if (IsInOtherUnits(*over)) Scale(over->ratio_rgb, estimate);
+    // A trial may have been scaled before; the sky that was fitted to another sun leaves it open.
+    const bool was_scaled = estimate.units == LightUnits::kAbsolute &&
+                            estimate.sky_camera.factor_rgb != glm::dvec3(1.0);
+    estimate.sky_camera.is_in_other_units =
+        was_scaled || (shows_another_sun && last_.is_in_other_units);
     last_ = estimate.sky_camera;
-    if (estimate.sky_camera.is_in_other_units) Scale(over->ratio_rgb, estimate);
   }
 
   bool IsInOtherUnits(const PictureOverLight& over) const {
@@ -200,9 +208,9 @@ class FisheyeLightingSource final : public LightingSource {
   };
 
   // The sun from what the frame's camera sees, and the sky as far as its error allows.
-  LightingFit Fit(const LightingObservation& observation,
-                  const FromSky& from_sky,
-                  LightingEstimate& estimate) {
+  void Fit(const LightingObservation& observation,
+           const FromSky& from_sky,
+           LightingEstimate& estimate) {
     Lighting& lighting = estimate.lighting;
     const glm::dvec3& factor = estimate.sky_camera.factor_rgb;
     ClearSkyExpectation clear_sky = observation.clear_sky;
@@ -217,7 +225,7 @@ class FisheyeLightingSource final : public LightingSource {
       prior.information_times_mean[3 + c] += sky[c] / Square(stddev);
     }
     // The view, and with it the light on a place, may be another one in each frame.
-    LightingFit fit = fitter_.Fit(samples_.Samples(), prior, true, FitStart::kRobust);
+    const LightingFit fit = fitter_.Fit(samples_.Samples(), prior, true, FitStart::kRobust);
     double beam = 0.0;
     const glm::dvec3 sky_before = sky;
     for (int c = 0; c < 3; ++c) {
@@ -229,19 +237,19 @@ class FisheyeLightingSource final : public LightingSource {
     for (glm::dvec3& region : estimate.sky_radiance_rgb) {
       for (int c = 0; c < 3; ++c) region[c] *= sky_before[c] > 0.0 ? sky[c] / sky_before[c] : 1.0;
     }
-    lighting.common_stddev_rgb = glm::dvec3(0.0);
     for (std::size_t u = 0; u < 6; ++u) {
       for (std::size_t v = 0; v < 6; ++v) {
         lighting.covariance[u * 6 + v] =
             fit.covariance(static_cast<Eigen::Index>(u), static_cast<Eigen::Index>(v));
       }
     }
+    lighting.common_stddev_rgb = glm::dvec3(0.0);
+    if (from_sky.sky_error > kPhotometricError) AddErrorOfAlbedos(lighting);
     estimate.samples_used = fit.samples_used;
     estimate.inlier_fraction = fit.inlier_fraction;
     estimate.condition_number = fit.condition_number;
     estimate.relative_residual = fit.relative_residual;
     estimate.sun_observable = observation.sun.direction_enu.z > 0.0 && DeterminesSun(fit, beam);
-    return fit;
   }
 };
 

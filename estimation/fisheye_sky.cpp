@@ -155,7 +155,7 @@ void FisheyeSky::Read(const RgbImage& radiance,
   });
   if (is_in_disc) {
     sun_.clipped = true;
-    // The picture's units may be others than its file's: nothing is known of the light.
+    // The picture may have been scaled since it was written: what its file could hold is no bound.
     sun_.irradiance_rgb = glm::dvec3(0.0);
   }
   ReadSky(bounded, disc);

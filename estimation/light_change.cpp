@@ -28,7 +28,8 @@ constexpr double kPlacesInOne = 4.0;
 constexpr double kPriorOverSeen = 3.0;
 constexpr double kPriorOfUnchanged = 0.003;
 constexpr double kLeastPrior = 1e-4;  // Share of all light.
-// Relative: guessed albedos, whose light is 5 and 15 % off, make up to a quarter of a large change.
+// Standard deviation, relative: under guessed albedos, whose light is 5 and 15 % off, a quarter of
+// a large change is the most.
 constexpr double kErrorOfChange = 0.1;
 // Least mean of the weights: of an undisturbed pair they are 0.85.
 constexpr double kLeastUsed = 0.4;

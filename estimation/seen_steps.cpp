@@ -80,6 +80,7 @@ std::optional<SeenSteps> SumOf(const std::optional<SeenSteps>& first,
   for (const std::size_t light : {kSun, kSky}) {
     sum[light].value += (*first)[light].value;
     sum[light].variance = glm::max(sum[light].variance, (*first)[light].variance);
+    sum[light].may_be_exposure = (*first)[light].may_be_exposure && sum[light].may_be_exposure;
   }
   return sum;
 }

@@ -15,8 +15,8 @@ namespace pleinair {
 struct SeenStep {
   glm::dvec3 value{0.0};
   glm::dvec3 variance{0.0};
-  // Sun and sky have changed by one factor in all channels, as by a wrong exposure.
-  bool may_be_exposure = false;
+  // Sun and sky have changed by one factor in all channels, as by a wrong exposure, or not at all.
+  bool may_be_exposure = true;
 };
 using SeenSteps = std::array<SeenStep, 2>;  // Sun, sky.
 

@@ -219,6 +219,8 @@ TEST(FisheyeLightingSource, AHiddenSunInOtherUnitsIsMeasuredOnTheSurfaces) {
   ASSERT_TRUE(estimate.has_value());
   EXPECT_TRUE(estimate->sky_camera.shows_another_sun);
   EXPECT_LT(LargestOff(estimate->lighting, scene.picture.sun, scene.sky), 0.1);
+  // As sure as the albedos.
+  EXPECT_GT(std::sqrt(estimate->lighting.covariance[7]), 0.09 * scene.picture.sun.g);
 }
 
 TEST(FisheyeLightingSource, AClippedSunOfAnUnknownExposureIsInThePicturesUnits) {
