@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/exif_lens.h"
+#include "calib/json_cursor.h"
 #include "calib/timed_pose.h"
 #include "datasets/internal/sequence_json.h"
 #include "datasets/sequence.h"
