@@ -80,11 +80,10 @@ class FisheyeLightingSource final : public LightingSource {
     estimate.units = observation.frame.units;
     estimate.new_sample_set_ms = samples_.Measure(observation);
     const bool is_dark = !(MeanOf(sky_.SkyIrradianceRgb() + sky_.Sun().irradiance_rgb) > 0.0);
-    const auto over =
-        is_dark ? std::nullopt : CompareWithPicture(samples_.Samples(), estimate.lighting);
     FromSky from_sky{sky_.Sun().irradiance_rgb, kPhotometricError};
     if (estimate.units != LightUnits::kAbsolute && !is_dark) {
       // The sky's own units are not those of the picture, for which the light is.
+      const auto over = CompareWithPicture(samples_.Samples(), estimate.lighting);
       if (!over) {
         return tl::unexpected(LightingFailure{
             "the exposure of its picture is not known, and hardly any surface in view shows it: "
@@ -96,7 +95,7 @@ class FisheyeLightingSource final : public LightingSource {
     }
     if (sky_.Sun().clipped) {
       Fit(observation, from_sky, estimate);
-    } else if (over) {
+    } else if (!is_dark) {
       last_ = before;
       CheckAgainstPicture(observation, estimate);
     }
@@ -165,7 +164,10 @@ class FisheyeLightingSource final : public LightingSource {
   void CheckAgainstPicture(const LightingObservation& observation, LightingEstimate& estimate) {
     const std::span<DiffuseSample> samples = samples_.Samples();
     auto over = CompareWithPicture(samples, estimate.lighting);
-    if (!over) return;
+    if (!over) {
+      last_ = {};
+      return;
+    }
     const double sun_limit = last_.shows_another_sun ? kAnotherSunStill : kAnotherSun;
     bool shows_another_sun = false;
     if (IsFarFromOne(over->lit_over_others, sun_limit)) {

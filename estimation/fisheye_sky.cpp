@@ -52,6 +52,7 @@ constexpr double kBrightestAureole = 10.0;
 constexpr double kLeastShareElsewhere = 0.7;
 
 float Luminance(const glm::vec3& rgb) { return rgb.x + rgb.y + rgb.z; }
+double Luminance(const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; }
 float Largest(const glm::vec3& rgb) { return std::max({rgb.x, rgb.y, rgb.z}); }
 
 // A pixel near the sun's place.
@@ -382,8 +383,7 @@ FisheyeSky::DiscArea FisheyeSky::FindDiscElsewhere(const RgbImage& radiance,
   const float peak = Luminance(radiance.pixels[brightest]);
   DiscArea disc = ReadDisc(radiance, there, sun_angular_radius_rad);
   if (!disc.pixels.empty() && peak > kMuchBrighterThanSky * Luminance(disc.background)) {
-    const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
-    const double disc_light = sum(sun_.irradiance_rgb);
+    const double disc_light = Luminance(sun_.irradiance_rgb);
     const double rest = HorizontalLight(radiance) - disc_light * there.z;
     if (disc_light > kLeastShareElsewhere * rest) {
       sun_.elsewhere_enu = there;
@@ -424,10 +424,9 @@ FisheyeSky::DiscArea FisheyeSky::ReadSpreadSun(const RgbImage& radiance,
     light += double{table_.solid_angle_sr.pixels[pixel]} *
              glm::max(glm::dvec3(radiance.pixels[pixel] - area.background), glm::dvec3(0.0));
   }
-  const auto sum = [](const glm::dvec3& rgb) { return rgb.x + rgb.y + rgb.z; };
-  if (!(sum(light) > kSpreadOverDisc * sum(sun_.irradiance_rgb))) return {};
-  const double rest = HorizontalLight(radiance) - sum(light) * sun_direction_enu.z;
-  if (!(sum(light) > kLeastShareElsewhere * rest)) return {};
+  if (!(Luminance(light) > kSpreadOverDisc * Luminance(sun_.irradiance_rgb))) return {};
+  const double rest = HorizontalLight(radiance) - Luminance(light) * sun_direction_enu.z;
+  if (!(Luminance(light) > kLeastShareElsewhere * rest)) return {};
   sun_.irradiance_rgb = light;
   sun_.stddev_rgb = kSpreadError * light;
   return area;

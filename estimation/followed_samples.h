@@ -15,7 +15,7 @@
 namespace pleinair {
 
 // Keeps a set of samples while the view stays, follows its places where the camera moves, and draws
-// it anew where too few of them are left. One thread at a time.
+// it again where too few of them are left. One thread at a time.
 class FollowedSamples {
  public:
   // Throws std::invalid_argument as SampleSelectionOptions::Validate.
